@@ -117,8 +117,8 @@ class whole:
 
 
 def open_streams() -> None:
-    """Open closed standard streams on /dev/null, so no file or socket takes their numbers; escape characters that the
-    encoding of the other streams cannot represent."""
+    """Open closed standard streams on /dev/null, and escape characters that the encoding of the others cannot
+    represent."""
     for fd, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(fd)

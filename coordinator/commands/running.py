@@ -235,7 +235,7 @@ def resume(
 
 @contextmanager
 def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
-    """Prepare and start the additional runs of a certificate on idle cores; yields None if `wanted` is false."""
+    """Start, on idle cores, the additional runs that estimate the errors of a run's figures; None unless `wanted`."""
     if not wanted:
         yield None
         return

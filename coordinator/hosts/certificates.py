@@ -162,8 +162,8 @@ class Credentials:
 
     @classmethod
     def load(cls, directory: Path, name: str) -> Self:
-        """Find the credentials of a process in a directory, and check that they exist, are valid today, belong to this
-        process and yard, and that only their owner can read the key."""
+        """Find the credentials of a process in a directory, and check that they are valid today, its own, and
+        private."""
         found = cls(directory / f"{AUTHORITY}.pem", directory / f"{name}.pem", directory / f"{name}.key")
         for path in (found.authority, found.certificate, found.key):
             if not path.is_file():

@@ -98,7 +98,7 @@ class Certificate:
 
 @contextmanager
 def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None) -> "Iterator[Certifying]":
-    """Prepare the additional runs of a certificate, with `at_once` parallel processes (default: all cores but one).
+    """Prepare the additional runs that estimate the errors of a run's figures, `at_once` in parallel.
 
     `given`: uncertainties in addition to those of the scene. Raises HeavyliftError.
     """
@@ -108,7 +108,7 @@ def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | Non
 
 
 class Certifying:
-    """The additional runs that a certificate needs; `price` announces how many."""
+    """The additional runs that estimate the errors of a run's figures; `price` announces how many."""
 
     def __init__(self, scene: LoadedScene, inputs: list[UncertainInput], start: Start) -> None:
         self._scene, self._inputs, self._start = scene, inputs, start

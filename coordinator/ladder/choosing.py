@@ -38,8 +38,8 @@ Report = Callable[[str], None]
 
 
 def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene with the model level and steps that its accuracy requires; `say` reports the runs made to find
-    them."""
+    """Return the scene with the model level and time steps that give its required accuracy; `say` reports the runs made
+    to find them."""
     from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 
     scene = with_worst_clearances(scene)
@@ -59,7 +59,7 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene at the loosest of the `ACCURACIES` with which no check stays undecided; if there is none, at the
+    """Return the scene at the loosest of the `ACCURACIES` at which every check is decided; if there is none, at the
     tightest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
@@ -75,7 +75,7 @@ def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSce
 
 
 def known(scene: LoadedScene) -> Answer | None:
-    """Return the model level and steps that were chosen for a scene earlier, from the cache; None if there are none."""
+    """Return the model level and time steps that were chosen for a scene earlier, from the cache; None if unknown."""
     if scene.question is None:
         return scene.answer
     try:
@@ -85,7 +85,7 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """Return the scene with the choice `answer` applied: model level, integration method, tolerance and sample rate."""
+    """Return the scene with its chosen model level, integration method, tolerance and sample rate applied."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
@@ -93,8 +93,8 @@ def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
 
 
 def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Measure the errors of the requested quantities at the scene's own model level and steps; return the scene with
-    these errors."""
+    """Measure the errors of the requested quantities at the scene's own model level and time steps; return the scene
+    with these errors."""
     if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
     measuring = Measuring(ask, say=say)
@@ -106,7 +106,7 @@ def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 
 def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene with its chosen level and steps as explicit settings, which many variants can share."""
+    """Return the scene with its chosen model level and time steps written as explicit settings."""
     if scene.question is None:
         return scene
     found = chosen(scene, say)
@@ -114,8 +114,8 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
-    """Choose the cheapest model level and steps for the requested quantities and accuracy, the `question`; raises
-    HeavyliftError only if a run exceeds its time limit."""
+    """Choose the cheapest model level and time steps for the requested quantities and accuracy; raises HeavyliftError
+    only if a run exceeds its time limit."""
     last: Look | None = None
     wrong = inf
     tolerance = LOOSEST * question.accuracy  # looser steps cannot be within the accuracy

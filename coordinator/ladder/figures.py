@@ -33,8 +33,7 @@ THIRD = 3.0  # of what twice the distance of samples changes, they leave open: e
 
 
 class AskedFigure(NamedTuple):
-    """A single result number of a run: name, quantity, unit, value, reference value for its relative error, and reading
-    error due to sampling."""
+    """A single result number of a run, such as a peak tension, with its unit and its reading error due to sampling."""
 
     name: str
     quantity: Asked
@@ -135,7 +134,9 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
 
 def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance"), values: bool = False) -> list[AskedFigure]:
     """Return the result figures that come from the verdict of a run: utilisations of limits and the smallest clearance.
-    If `values`, reading errors are omitted."""
+
+    If `values`, reading errors are omitted.
+    """
     if values:
         return [f for quantity in ask for f in _numbered(_judged(quantity, *judge.fine))]
     return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]

@@ -121,13 +121,13 @@ class Played:
 
     @cached_property
     def judge(self) -> "Judge":
-        """The data from which the verdict of the run is computed; once these exist, the rows of samples can be
+        """The data from which the verdict of the run is computed; once these exist, the rows of samples may be
         dropped."""
         return Judge(self.plan, self.mechanics, self.past, self.conduct, self.errors)
 
     @cached_property
     def past(self) -> Collector:
-        """The columns of all samples, together with the rope lines."""
+        """The recorded history of the run: the columns of all samples, and the lines of the ropes."""
         past = Collector(self.layout)
         past.samples(0, self.times.tolist(), self.rows)
         for t_ns, lines in self.rigs:
@@ -137,8 +137,7 @@ class Played:
 
 @dataclass(frozen=True)
 class Judge:
-    """The data from which the verdict of a run is computed: plan, mechanics, recorded columns, course of the run,
-    errors of results."""
+    """The data from which the verdict of a run is computed, such as plan and recorded columns."""
 
     plan: Plan
     mechanics: System
@@ -162,12 +161,12 @@ class Judge:
 
     @cached_property
     def fine(self) -> Judged:
-        """The verdict and utilisations without tables, and with the smallest clearance only."""
+        """The verdict from all samples, without the tables of a report and with the smallest clearance only."""
         return self._judged(whole=False)
 
     @cached_property
     def coarse(self) -> Judged:
-        """The verdict and utilisations as in `fine`, computed from every second sample."""
+        """The verdict from every second sample, without the tables of a report."""
         return self._judged(whole=False, every=2)
 
 
@@ -178,8 +177,10 @@ def play(
     instants: Sequence[int] = (),
     errors: Errors | None = None,
 ) -> Played:
-    """Run a plan to its end in this process and keep the result in memory; `limit`: wall time [s], `instants`: times
-    [ns] at which dense output is read. Raises HeavyliftError."""
+    """Run a plan to its end in this process and keep the result in memory; raises HeavyliftError.
+
+    `limit`: wall time [s]; `instants`: times [ns] at which dense output is read.
+    """
     from heavylift.coordinator.participants.session import Session
 
     from .keeping import KeepingKernel  # with the compiler, which nobody needs who only reads what is remembered

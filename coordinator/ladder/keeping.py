@@ -18,8 +18,8 @@ PIECE = 512  # rows that are read together: so few that they stay in the cache o
 
 
 class KeepingKernel(KernelNode):
-    """A kernel that keeps its samples in memory, and raises an error that begins with `cut` when its run has taken more
-    than `allowed` [s] of wall time."""
+    """A kernel that keeps its samples in memory, and ends with an error when its run exceeds the `allowed` wall time
+    [s]."""
 
     def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float, cut: str) -> None:
         super().__init__(config, lambda batch: None)

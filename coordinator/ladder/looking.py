@@ -15,9 +15,12 @@ from .model_levels import Ladder, ModelLevel, undamped
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
 
 
+NO_FINER = "it is modelled as it is written, there is no finer level"
+
+
 @dataclass(frozen=True)
 class Look:
-    """Measured errors of the figures of one candidate: in total, due to its steps, and due to its model level.
+    """Measured errors of a run's figures at one model level: in total, due to its time steps, and due to the level.
 
     `pairs`: the candidates that were compared; `why`: the reason if it could not run; `missing`: the reasons for errors
     that could not be measured.
@@ -31,10 +34,15 @@ class Look:
     why: str = ""
     missing: dict[str, str] = field(default_factory=dict)
 
+    @property
+    def whole(self) -> bool:
+        """Whether all errors were measured: finite, and none missing unless there is no finer level."""
+        return max(self.error.values(), default=inf) < inf and {*self.missing.values()} <= {NO_FINER}
+
 
 def looks(runs: Sequence[ModelLevel], measuring: Measuring) -> list[Look]:
-    """Return the errors due to steps and sampling for candidates of one level, by comparison with the candidate that
-    has the tightest steps.
+    """Return the errors due to time steps and sampling at one model level, by comparison with the run with the tightest
+    steps.
 
     `runs`: the candidates, loosest steps first.
 
@@ -73,16 +81,14 @@ def _look(
 
 
 def with_level(look: Look, ladder: Ladder, measuring: Measuring) -> Look:
-    """Measure the error of a candidate's model level at the candidate's own steps, and return all errors of the
-    candidate with this error added."""
+    """Return the errors of a run's figures after adding the measured error due to its model level."""
     model = error_of_level(ladder, look.candidate, measuring)
     pairs = (*witnesses(ladder, look.candidate, measuring)[:1], *look.pairs)
     return replace(look, error=added(look.error, model), model=model, pairs=pairs)
 
 
 def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
-    """Return the errors of the utilisations of limits, from the runs made so far; these errors do not influence the
-    choice of a candidate."""
+    """Return the errors of the utilisations of limits, estimated from the runs made so far."""
     own = measuring.limits(look.candidate)
     known = [tuple(measuring.limits(x, values=True) for x in pair) for pair in look.pairs]
     apart = {name: [abs(a[name].value - b[name].value) for a, b in known if name in a and name in b] for name in own}
@@ -95,7 +101,7 @@ def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
 
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Return the pairs of candidates whose difference shows the error of a candidate's model level.
+    """Return the pairs of runs whose difference shows the error due to a model level.
 
     One is the candidate itself, the other its witness: the cheapest level that models every effect which the
     candidate's level omits. If hook ropes go slack or an element has no damping, all such levels are witnesses, since
@@ -109,24 +115,24 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """Return the error of a candidate's model level: its largest difference to the levels with which it is compared,
-    doubled unless it is the finest level, which is better than those."""
+    """Return the error due to a model level: its largest difference to the levels compared, doubled unless it is the
+    finest level."""
     # the finest level has no better one: its error is smaller than the difference to the coarser one
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))
 
 
 def tighter(candidate: ModelLevel) -> list[ModelLevel]:
-    """Return the candidate with tighter steps; if its ropes are rigid, also with still tighter ones, since the impacts
-    of rigid ropes can bifurcate."""
+    """Return the same model level with tighter time steps; for rigid ropes also with still tighter ones, since impacts
+    can bifurcate."""
     # impacts of rigid ropes can bifurcate: one tighter run may agree by chance
     once = candidate.tighter
     return [once, once.tighter] if system(candidate.plan).rigid_ropes else [once]
 
 
 def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
-    """Measure the errors of a plan at its own model level and steps, by runs with tighter steps and runs at other
-    levels; raises HeavyliftError if the plan cannot run."""
+    """Measure the errors of a plan at its own model level and time steps; raises HeavyliftError if the plan cannot
+    run."""
     ladder, candidate = Ladder(plan), ModelLevel(plan)
     while not measuring.read_well(candidate, accuracy):
         pass
@@ -145,7 +151,7 @@ def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
     pairs = [(candidate, x) for x in tighter(candidate)]
     steps = found("numerical", lambda: times(WITNESSED, most(*(measuring.apart(*pair) for pair in pairs))))
     if ladder.poorer is None:
-        missing["model"] = "it is modelled as it is written, there is no finer level"
+        missing["model"] = NO_FINER
     model = found("model", lambda: error_of_level(ladder, candidate, measuring))
     pairs += witnesses(ladder, candidate, measuring)[:1] if "model" not in missing else []
     look = _look(candidate, steps, tuple(pairs), measuring)

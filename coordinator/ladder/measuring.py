@@ -33,8 +33,7 @@ class Spent(NamedTuple):
 
 
 class Measuring:
-    """Runs candidates of one plan, each only once, and compares their figures; `limit` returns the wall time [s]
-    allowed for a run."""
+    """Runs a plan at different model levels and time steps, each only once, and compares the figures of these runs."""
 
     def __init__(
         self, ask: Sequence[Asked], limit: Callable[[], float] = lambda: inf,
@@ -56,7 +55,7 @@ class Measuring:
         return {name: f for read in self._read.values() for name, f in read.items()}
 
     def prepare(self, candidate: ModelLevel) -> None:
-        """Compile the code of a candidate in a thread while another candidate runs.
+        """Compile the machine code for a later run in a thread while another run goes on.
 
         The native code that runs meanwhile does not hold the interpreter's lock.
         """
@@ -65,7 +64,7 @@ class Measuring:
             self._ahead[candidate.plan.fidelity].start()
 
     def figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
-        """Return the figures of a candidate's run; raises HeavyliftError if the candidate could not run."""
+        """Return the figures of a run at this model level and time step; raises HeavyliftError if the run failed."""
         if candidate.key in self._failed:
             raise self._failed[candidate.key]
         if candidate.key not in self._read:
@@ -89,25 +88,23 @@ class Measuring:
         return self._read[candidate.key]
 
     def limits(self, candidate: ModelLevel, values: bool = False) -> dict[str, AskedFigure]:
-        """Return the utilisations and the smallest clearance of a candidate's run; empty if the candidate was not run.
-        If `values`, reading errors are omitted."""
+        """Return the utilisations and the smallest clearance of a run at this model level and time step; empty if there
+        was no run."""
         judge = self._judges.get(candidate.key)
         return {f.name: f for f in judged(judge, values=values)} if judge else {}
 
     def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
-        """Return whether any rope (if `hooks`: any hook rope) goes slack in a candidate's run."""
+        """Return whether any rope (if `hooks`: any hook rope) goes slack in a run at this model level and time step."""
         self.figures(candidate)
         found = self._slack[candidate.key]
         return any(hook.rope in found for m in candidate.plan.machines for hook in m.hooks) if hooks else bool(found)
 
     def misread(self, candidate: ModelLevel) -> Errors:
-        """Return the relative reading errors of a candidate's figures, which arise because values are read from
-        samples."""
+        """Return the relative reading errors of a run's figures, which arise because values are read from samples."""
         return {f.name: f.misread / f.scale for f in self.figures(candidate).values()}
 
     def read_well(self, candidate: ModelLevel, accuracy: float) -> bool:
-        """Return whether the samples of a candidate's run are dense enough; if not, discard all runs and raise the
-        sample rate.
+        """Return whether the samples of a run are dense enough; if not, discard all runs and raise the sample rate.
 
         They are if all reading errors are below a quarter of the accuracy, or if denser samples cannot help.
         """
@@ -119,8 +116,8 @@ class Measuring:
         return False
 
     def apart(self, candidate: ModelLevel, other: ModelLevel) -> Errors:
-        """Return the relative differences between the figures of two candidates, infinite for a figure that only one of
-        the two runs has."""
+        """Return the relative differences between the figures of two runs, infinite for a figure that only one of them
+        has."""
         mine, others = self.figures(candidate), self.figures(other)
         return {
             name: abs(mine[name].value - others[name].value) / max(mine[name].scale, others[name].scale)

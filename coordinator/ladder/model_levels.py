@@ -37,8 +37,7 @@ def levels(plan: Plan) -> list[Fidelity]:
 
 
 def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
-    """Return the plan at a model level; its division into islands, and lifts with a fidelity of their own, do not
-    change."""
+    """Return the plan at a model level; islands, and lifts with a fidelity of their own, do not change."""
     own = msgspec.structs.replace(fidelity, islands=plan.fidelity.islands)
     lists = tuple(
         msgspec.structs.replace(each, fidelity=own) if each.fidelity == plan.fidelity else each for each in plan.lists
@@ -61,23 +60,23 @@ def undamped(mechanics: System) -> bool:
 
 @dataclass(frozen=True)
 class ModelLevel:
-    """A candidate: a model level together with its integration method and steps."""
+    """A model level together with an integration method and its time steps, as a candidate for a simulation."""
 
     plan: Plan
 
     @property
     def key(self) -> tuple[Fidelity, str, float, float | None]:
-        """The settings in which candidates of one plan differ: fidelity, method, tolerance, step."""
+        """Key that is equal for equal fidelity, integration method, tolerance and time step."""
         return self.plan.fidelity, self.plan.method, self.plan.tolerance, self.plan.step
 
     @property
     def name(self) -> str:
-        """The level and the steps in words."""
+        """The model level and the time steps in words."""
         return f"{self.level}, {self.how}"
 
     @property
     def level(self) -> str:
-        """The effects that the candidate's model level includes, in words."""
+        """The effects that the model level includes, in words."""
         at = self.plan.fidelity
         if at.water == "one frequency":
             return f"{self.on(msgspec.structs.replace(at, water='memory')).level}, water at one frequency"
@@ -89,7 +88,7 @@ class ModelLevel:
 
     @property
     def how(self) -> str:
-        """The candidate's integration method and steps in words."""
+        """The integration method and the time steps in words."""
         steps = (
             f"steps of {self.plan.step:g} s" if self.plan.step else f"{self.plan.tolerance:.0e}".replace("e-0", "e-")
         )
@@ -97,23 +96,23 @@ class ModelLevel:
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """The effects that the candidate's model level leaves out, in words."""
+        """The effects that the model level leaves out, in words."""
         return left_out(self.plan)
 
     @property
     def tighter(self) -> "ModelLevel":
-        """The candidate with a tenth of its tolerance, or half its step."""
+        """The same model level with a tenth of the tolerance, or half the fixed time step."""
         if self.plan.step is not None:
             return ModelLevel(msgspec.structs.replace(self.plan, step=0.5 * self.plan.step))
         return ModelLevel(msgspec.structs.replace(self.plan, tolerance=max(FINEST, 0.1 * self.plan.tolerance)))
 
     def on(self, level: Fidelity) -> "ModelLevel":
-        """Return the candidate with the same steps at another level."""
+        """Return the same integration method and time steps at another model level."""
         return ModelLevel(at_level(self.plan, level))
 
     @property
     def settings(self) -> list[str]:
-        """The scene settings that select this candidate."""
+        """The scene settings that select this model level and these time steps."""
         fields = (f for f in msgspec.structs.fields(Fidelity) if f.name != "where")
         values = ((f, getattr(self.plan.fidelity, f.name)) for f in fields)
         written = [f"{f.name.replace('_', ' ')}: {_written(x)}" for f, x in values if x != f.default]
@@ -124,21 +123,19 @@ class ModelLevel:
 
 @dataclass(frozen=True)
 class Ladder:
-    """All candidates (combinations of level and steps) for a plan; `named`: keys of fidelity and steps that the scene
-    fixes."""
+    """All combinations of model level and time steps for a plan; `named`: settings that the scene fixes."""
 
     plan: Plan
     named: Sequence[str] = ()
 
     @cached_property
     def full(self) -> list[Fidelity]:
-        """All model levels of the plan, including levels that the scene's settings exclude but with which candidates
-        are compared."""
+        """All model levels of the plan, including levels that the scene's settings exclude."""
         return levels(self.plan)
 
     @property
     def compared(self) -> list[Fidelity]:
-        """All model levels and, of a plan with vessels in waves, the finest one with radiation at one frequency."""
+        """All model levels and, for vessels in waves, the finest one with radiation at one frequency only."""
         flat = msgspec.structs.replace(self.full[-1], water="one frequency")
         same = system(at_level(self.plan, flat)) == system(at_level(self.plan, self.full[-1]))
         return self.full if same else [flat, *self.full]
@@ -181,19 +178,18 @@ class Ladder:
 
     @cached_property
     def own(self) -> str:
-        """The integration method that candidates use if the scene sets none: radau5 for stiff systems, otherwise
-        dop853."""
+        """The default integration method of the plan: radau5 for stiff systems, otherwise dop853."""
         mechanics = system(self.plan)
         return "radau5" if stiff(mechanics) and not undamped(mechanics) else "dop853"
 
     @property
     def method(self) -> str:
-        """The integration method that all candidates use: that of the scene, otherwise `own`."""
+        """The integration method for all model levels: that of the scene, or else the default."""
         return self.plan.method if {"method", "step"} & {*self.named} else self.own
 
     def in_own_steps(self, candidate: ModelLevel) -> ModelLevel:
-        """Return the candidate with which the error of a model level is measured: at the same level, but with the
-        integration method `own` and a tight tolerance if the candidate's method differs.
+        """Return the same model level with the default integration method, with which the error of a model level is
+        measured.
 
         The level error does not depend on the steps, and other methods may be slow at a finer level.
         """
@@ -203,7 +199,7 @@ class Ladder:
         return ModelLevel(msgspec.structs.replace(candidate.plan, method=self.own, tolerance=tolerance, step=None))
 
     def candidates(self, level: Fidelity) -> list[ModelLevel]:
-        """Return the candidates at a level, cheapest first; only one if the scene sets the steps."""
+        """Return the time steps to try at a model level, the cheapest first; only one if the scene fixes them."""
         loosest, tightest = TOLERANCES.get(self.method, OTHERS)
         tolerances = tuple(x * 10.0**-k for k in range(loosest, tightest + 1) for x in (1.0, 0.3))
         if {"tolerance", "step"} & {*self.named}:

@@ -80,8 +80,8 @@ def _finite(x: object) -> object:
 
 
 def tradeoff_sheet(measured: MeasuredLadder) -> Sheet:
-    """Return the page of a trade-off: recommendation, figure, candidates from the fastest to the slowest, and
-    candidates that did not run."""
+    """Return the page of a trade-off of speed against accuracy: recommendation, figure, and table of model levels and
+    time steps."""
     asked = (f"error of {quantity} [%]" for quantity in measured.ask)
     heads = columns("level", "steps", "kernel [s]", "start [s]", *asked, "failed")
     rows = [_row(measured, row) for row in sorted(measured.rows, key=lambda row: (row.worst == inf, row.run_s))]

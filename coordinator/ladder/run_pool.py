@@ -23,8 +23,7 @@ LONGEST = 3600.0  # [s] of wall time that a run may take
 
 @dataclass(frozen=True)
 class RunFigures:
-    """Figures of a run, with their relative errors due to steps and level if measured, reasons for missing errors, and
-    the CPU time [s] of the run and of the runs that measure its errors."""
+    """Figures of a run with their relative errors, if measured, and the CPU time [s] spent."""
 
     figures: list[AskedFigure]
     cpu_s: float

@@ -26,7 +26,7 @@ CARRIES = 1.0  # [N] of a rope below which nothing hangs on it
 
 
 class Ramp(NamedTuple):
-    """A constant acceleration [m/s2] of what a load hangs from, between two times [s]."""
+    """A constant acceleration [m/s2] of the suspension point of a load, between two times [s]."""
 
     start: float
     end: float
@@ -34,7 +34,7 @@ class Ramp(NamedTuple):
 
 
 class LedPendulum(NamedTuple):
-    """Displacement of a pendulum [m], and its speed [m/s] with the angular frequency [rad/s]."""
+    """State of a pendulum with a moving pivot: displacement [m], speed [m/s], angular frequency [rad/s]."""
 
     y: float = 0.0
     v: float = 0.0
@@ -42,11 +42,11 @@ class LedPendulum(NamedTuple):
 
     @property
     def amplitude(self) -> float:
-        """Its largest displacement [m] if nothing leads it."""
+        """Amplitude [m] of the free swing if the pivot no longer accelerates."""
         return hypot(self.y, self.v / self.w) if self.w else 0.0
 
     def led(self, ramps: Sequence[Ramp], w: float, start: float, end: float) -> "LedPendulum":
-        """Return the swing at time `end` [s] after these ramps of its pivot since `start`."""
+        """Return the state at time `end` [s] of a pendulum whose pivot has followed these ramps since `start`."""
         if not w:
             return LedPendulum()
         c, s = cos(w * (end - start)), sin(w * (end - start))
@@ -61,16 +61,15 @@ class LedPendulum(NamedTuple):
 
 
 def plausible(levels: Sequence[Fidelity], plan: Plan, question: Question) -> Sequence[Fidelity]:
-    """Return the model levels without those whose swings would be reported wrong by more than the accuracy; all of them
-    if none would be left, or if no swings are asked."""
+    """Return the model levels that can meet the accuracy of the requested swings; all of them if none can."""
     richer = [level for level in levels if level.ropes == "massive"]
     alike = len(richer) in (0, len(levels)) or not {"swing", "position"} & {*question.ask}
     return levels if alike or WITNESSED * swing_error(plan) <= question.accuracy else richer
 
 
 def swing_error(plan: Plan) -> float:
-    """Return the largest relative error of positions and amplitudes of swings at levels without lumps; 0 if no load
-    swings below ropes that have a mass."""
+    """Return an estimate of the largest relative error of swings due to massless ropes; 0 if no load swings below heavy
+    ropes."""
     hung = any(row.line and not row.why and not row.lead for machine in plan.machines for row in machine.heavy)
     if plan.lists or not hung or not any(_moves(plan, action) for action in plan.actions):
         return 0.0  # lifts side by side have paths of their own

@@ -107,8 +107,7 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """Runs that were started with one input changed by multiples of its standard uncertainty; a run that could not
-    start is replaced by the reason as text."""
+    """Runs with one input changed by multiples of its standard uncertainty, or the reasons why they could not start."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]

@@ -91,7 +91,7 @@ def _fitted(t: Floats, y: Floats, f: float) -> tuple[float, float]:
 
 
 def unseen(t: Floats, x: Floats, speed: Floats | None, span: Span) -> float:
-    """Return an upper estimate of the amplitude of a swing that samples (n, columns) of a stage miss.
+    """Return an upper estimate of the swing amplitude in a stage that is too fast for the samples to show.
 
     It is the amplitude, at the Nyquist frequency of the samples, of that part of the RMS speed which the sampled
     positions do not explain.

@@ -24,8 +24,7 @@ REFERENCE = 3  # steps of the finest model level: so many times a tenth of the l
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the trade-off table for one candidate: largest relative error of each quantity, CPU seconds for start
-    and run, and the command that reproduces the run; or the `reason` why the candidate could not run."""
+    """A row of the trade-off table: errors of all quantities and CPU time [s] at one model level and time step."""
 
     level: str
     how: str
@@ -33,11 +32,11 @@ class Row:
     start_s: float = 0.0
     run_s: float = 0.0
     command: str = ""
-    reason: str = ""
+    reason: str = ""  # why it could not run
 
     @property
     def worst(self) -> float:
-        """The largest relative error of the requested quantities; infinite if the candidate could not run."""
+        """The largest relative error of the requested quantities; infinite if the run failed."""
         return max(self.errors.values(), default=inf)
 
     def __str__(self) -> str:
@@ -46,15 +45,14 @@ class Row:
 
 @dataclass(frozen=True)
 class Held:
-    """Stability of two systems whose solvers hold the force between them constant for `h` [s]: measured and theoretical
-    damping ratio, and the `h` [s] with which the motion grows by 1 % during the run."""
+    """Stability of a co-simulation of two bodies whose solvers hold the coupling force constant for `h` [s]."""
 
     pair: str
     omega: float
     h: float
-    measured: float
-    law: float
-    one_percent: float
+    measured: float  # damping ratio
+    law: float  # damping ratio of theory
+    one_percent: float  # `h` [s] with which the motion grows by 1 % during the run
 
 
 @dataclass(frozen=True)
@@ -84,7 +82,7 @@ class Distributed:
 
 @dataclass(frozen=True)
 class MeasuredLadder:
-    """Measured errors and times of all model levels and steps of a scene, and the recommended one.
+    """Measured errors and run times of a scene at all model levels and time steps, and the recommended combination.
 
     Rows by level, cheapest first; the reference and its error; number of candidates that did not fit into the time
     budget; cost of processes.
@@ -109,7 +107,7 @@ def measure(
     scene: LoadedScene, ask: str = "", limit: float | None = None, budget: float = 300.0,
     say: Callable[[str], None] = lambda message: None,
 ) -> MeasuredLadder:  # fmt: skip
-    """Measure errors and times of all model levels and steps of a scene within `budget` [s] of wall time.
+    """Measure errors and run times of a scene at all model levels and time steps, within `budget` [s] of wall time.
 
     `ask`: quantities (default: those of the scene, else the usual ones); `limit` of their errors (default: the scene's
     accuracy, else 1 %).

@@ -30,8 +30,8 @@ SPARE = 0.93  # of the time, for what nobody foresees
 
 @dataclass(frozen=True)
 class Within:
-    """A scene with the settings that fit into the available wall time, and the message that announces these
-    settings."""
+    """A scene with the model level and time steps that fit into the available wall time, and a message that announces
+    these."""
 
     scene: LoadedScene
     message: str
@@ -41,8 +41,9 @@ def within(
     name: str | Path, settings: Sequence[str], ask: Sequence[str], seconds: str = "", factor: float | None = None,
     rate: float | None = None,
 ) -> Within:  # fmt: skip
-    """Return the scene at the best accuracy for which this process ends within `seconds` after its start, or for which
-    the run reaches `factor` simulated seconds per wall second.
+    """Return the scene at the best accuracy that the available wall time allows.
+
+    This process ends within `seconds` after its start, or the run reaches `factor` simulated seconds per wall second.
 
     `ask`: quantities to measure if the scene names none. Raises SceneError if the time is too short.
     """

@@ -133,14 +133,13 @@ STEP_s = 86400.0  # the same for a step, which takes as long as it takes
 
 
 class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
-    """An order to a run: pause, continue, stop; step by `by_ns` [ns] or (None) to the next event; give a command; set
-    the rate to `factor`.
+    """An order to a run in progress: pause, continue, step, stop, give a command, or change the rate.
 
     `wait`: while the run is paused, a command waits for its answer; otherwise the reply says when it will take effect.
     """
 
     do: Literal["pause", "continue", "stop", "step", "command", "rate"]
-    by_ns: Annotated[int, msgspec.Meta(gt=0, le=NEVER)] | None = None
+    by_ns: Annotated[int, msgspec.Meta(gt=0, le=NEVER)] | None = None  # [ns] of a step; None: to the next event
     text: str = ""
     factor: Annotated[float, msgspec.Meta(gt=0.0)] = 1.0
     wait: bool = False
@@ -171,7 +170,7 @@ def ask(
     patience: float = PATIENCE_s,
     hear: Callable[[str], None] | None = None,
 ) -> Reply:
-    """Send an order to a run in progress and return the last reply; `hear` receives the replies before it.
+    """Send an order to a run in progress and return the last reply; `hear` receives the earlier replies.
 
     Raises ProtocolError if the last reply takes longer than `patience` [s], or STEP_s for the order `step`.
     """

@@ -85,8 +85,7 @@ class QueuedOrder(NamedTuple):
 
 
 class CommandQueue(AbstractContextManager["CommandQueue"]):
-    """Queue of the orders that an operator gives to a run; on exit it answers waiting clients and removes a journal
-    that is no longer needed."""
+    """Queue of the orders that an operator gives to a run; on exit it answers all waiting clients."""
 
     def __init__(
         self,
@@ -131,7 +130,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
                     asked.reply(text)
 
     def event(self, event: Event) -> None:
-        """If an event is a model's answer to a command, forward the answer to the client that gave the command."""
+        """Forward a model's answer to a command to the client that gave the command; ignore other events."""
         if event.type == OperatorAnswer.__name__:
             answer = event.value
             assert isinstance(answer, OperatorAnswer)
@@ -155,7 +154,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
             self.close()
 
     def close(self) -> None:
-        """Stop handling orders: reply to all waiting clients while the bus is still open."""
+        """Stop handling orders, and reply to all waiting clients while the bus is still open."""
         self._closed = True
         self._asked.extend([*self._steps, *self._unanswered.values()])
         self._steps.clear()

@@ -80,8 +80,10 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
 def shown(
     hub: Hub | LocalHub, name: str, recording: Path | None, turning: Iterable[str] = ()
 ) -> Iterator[EventPublisher | None]:
-    """Publish the events of run `name` while this context is open; `turning`: actuators whose coordinate is an angle.
-    Yields None for a run in one process, which cannot be watched."""
+    """Publish the events of run `name` while this context is open; yields None for a run in one process.
+
+    `turning`: actuators whose coordinate is an angle.
+    """
     if isinstance(hub, LocalHub):
         yield None
         return
@@ -165,8 +167,7 @@ def observe(run: str | Path | AnnouncedRun = "") -> Observer:
 
 
 class Lines:
-    """Formats the events of one run as lines of text, each with its stage; for this the object must receive every event
-    in order."""
+    """Formats the events of one run as lines of text with their stage; every event must be passed in order."""
 
     def __init__(self, notice: Notice) -> None:
         self._units, self._angles = notice.units, notice.angles
@@ -188,8 +189,8 @@ class Lines:
         return printable(line, keep=SPACES)
 
     def report(self, event: Event) -> str:
-        """Return an event as a line of text for planners, or "" if planners need not see it, such as an order; events
-        of user models are shown completely."""
+        """Return an event as a line of text for planners, or "" for an event that planners need not see, such as an
+        order."""
         stage, value = self.of(event)
         if event.type not in LISTED:
             return "" if hasattr(messages, event.type) or event.source == "kernel" else self.text(event)

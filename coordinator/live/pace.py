@@ -45,7 +45,7 @@ class Pace:
         self.ahead = ahead
 
     def horizon(self, first: Tag) -> Tag:
-        """Return the logical time up to which decisions may be made; `first`: the earliest pending logical time."""
+        """Return the logical time up to which grants may be sent; `first`: the earliest pending logical time."""
         return after(first, self.ahead) if first < FOREVER else FOREVER
 
     def wait(self, first: Tag) -> float:
@@ -66,7 +66,7 @@ class Pace:
         """Continue at logical time `at` after a pause."""
 
     def change(self, factor: float) -> float:
-        """Change the rate of the run, and return the new rate."""
+        """Refuse to change the rate of a run without a clock; raises ProtocolError."""
         raise ProtocolError("the run goes as fast as it can; start it with --rate to change its rate")
 
     @property
@@ -147,8 +147,7 @@ GRAIN_ns = 2  # of steps to the next event: a step of the mechanics is announced
 
 
 class Tempo:
-    """Decides up to which logical time the coordinator may grant, and how long it waits if nothing is due; also pauses
-    and steps the run."""
+    """Decides up to which logical time the coordinator may grant; also pauses and steps the run."""
 
     def __init__(self, pace: Pace | None = None) -> None:
         self.pace = pace or Pace()
@@ -161,7 +160,7 @@ class Tempo:
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
-        """Return the logical time up to which decisions may be made; sets `held` once a pause has been reached."""
+        """Return the logical time up to which grants may be sent; sets `held` once a pause has been reached."""
         self.held = False
         if self._free:
             return FOREVER
@@ -203,7 +202,7 @@ class Tempo:
         self._to_event = False
 
     def pause(self, core: OpenCoordinator) -> Tag:
-        """Pause as early as possible; return the logical time from which on nothing is decided."""
+        """Pause the run as early as possible; return the logical time of the pause."""
         self.limit, self._to_event = Tag(core.safe_ns), False
         return self.limit
 

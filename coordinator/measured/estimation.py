@@ -44,8 +44,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Identifiable:
-    """Measured data to which inputs are fitted: times (n,) [s], and for each channel its values (n,), systematic
-    standard uncertainty (n,) and scatter."""
+    """Measured data to which the inputs of a scene are fitted: times, channel values and their uncertainties."""
 
     t: Floats
     values: Sequence[Floats]
@@ -209,7 +208,7 @@ def spread(simulate: Simulate, values: Floats, sigma: Floats, own: Sequence[Curv
 def scene_text(
     scene: LoadedScene, inputs: Sequence[Input], estimates: Mapping[str, tuple[str, str]], source: str
 ) -> str:
-    """Return the text of a scene in which inputs have their estimated values and uncertainties, from the log `source`.
+    """Return the text of a scene with the estimated values and uncertainties of its inputs; `source`: the measured log.
 
     Settings of its run, made by `extends` or `--set`, are written into the text.
     """

@@ -45,8 +45,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogChannel:
-    """A measured channel: signal and column of the recording, values (n,) and standard uncertainties (n,) of the sensor
-    in its unit.
+    """A measured channel: its signal in the recording, its values (n,), and the standard uncertainties (n,) of the
+    sensor.
 
     `model`: whether the run also has this channel; `stated`: whether the map states the uncertainty.
     """
@@ -67,7 +67,7 @@ class LogChannel:
 
 @dataclass(frozen=True)
 class LogSignals:
-    """A measured log read through a map: times (n,) [s], channels, and the lines of the map."""
+    """A measured log whose columns are assigned to signals: times (n,) [s] and channels."""
 
     log: LogTable
     t: Floats
@@ -81,7 +81,7 @@ class LogSignals:
 
 
 def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: float) -> LogSignals:
-    """Read a measured log through a map; raises HeavyliftError for a fault in map or log."""
+    """Read a measured log and assign its columns to signals by a map; raises HeavyliftError for a fault in either."""
     log, t = read_log(path), None
     channels, lines = list[LogChannel](), dict[str, str]()
     for source in map(_source, maps):

@@ -36,8 +36,8 @@ Curve = tuple[Floats, Floats]  # times (n,) [s] and values (n,)
 
 @dataclass(frozen=True)
 class Alignment:
-    """Clock offset of a log [s], its standard uncertainty [s], the mean correlation of the channels, and whether the
-    offset was estimated."""
+    """Clock offset between a log and a run [s], with its standard uncertainty and the mean correlation of the
+    channels."""
 
     offset: float
     sigma: float = 0.0
@@ -192,7 +192,7 @@ def curves_of(rec: Recording, channels: Sequence[LogChannel]) -> list[Curve]:
 def compared(
     rec: Recording, log: LogSignals, at: Alignment, u_input: Sequence[Floats]
 ) -> tuple[list[ChannelComparison], list[Floats]]:
-    """Compare each measured channel that the run also has; also return the errors E (n,) at the overlapping rows.
+    """Compare each measured channel with that of the run; also return the comparison errors E (n,).
 
     `u_input`: standard uncertainty of each channel at the samples of the run; empty if no input has a stated
     uncertainty.
@@ -219,7 +219,7 @@ def compared(
 
 
 def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[np.bool_]) -> list[Signal]:
-    """Return the measured signals, and the errors E of the compared channels, at the log's times on the clock of the
+    """Return the measured signals and their comparison errors, with the log's times converted to the clock of the
     run."""
     t, found = log.t[rows] + at.offset, dict[str, list[tuple[str, str, Floats]]]()
     parts = [(MEASURED, channel, channel.values[rows]) for channel in log.channels]
@@ -232,8 +232,8 @@ def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[n
 
 
 def accuracy(rec: Recording) -> float:
-    """Return the relative accuracy of tensions, from the certificate or else from the tolerance; 0 for uncertified
-    fixed steps."""
+    """Return the relative numerical accuracy of recorded rope tensions, as certified or from the tolerance; 0 for fixed
+    time steps."""
     bars = [bar for bar in rec.fact("certified", {}).get("bars", []) if bar["quantity"] == "rope tension"]
     if bars and all(bar["numerical"] is not None for bar in bars):
         return float(max(bar["numerical"] / abs(bar["value"]) for bar in bars))

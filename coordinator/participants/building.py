@@ -26,7 +26,7 @@ _returned: WeakSet[Model] = WeakSet()
 
 
 def built(reference: str, by: str = "") -> Coupled:
-    """Build the DEVS model that a reference names.
+    """Build the DEVS model that a reference `module:function` names.
 
     Raises ModelError if that fails, or if the reference comes from the data `by` and names code that the user has not
     trusted.
@@ -96,8 +96,7 @@ def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
 
 
 def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
-    """Return (child, port) for the text "child.port" of the port whose first message ends a run; None for "". Raises
-    ModelError if the model has no such port."""
+    """Return the port whose first message ends a run, given as the text "child.port"; None for ""."""
     if not stop:
         return None
     known = {

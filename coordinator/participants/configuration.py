@@ -23,8 +23,7 @@ WIND = "wind"  # port of the events that set its speed
 
 
 class Wiring(NamedTuple):
-    """Couplings between nodes and from outside; the port (model, port) that ends the run; ports whose messages go to
-    the coordinator."""
+    """Couplings between nodes, from outside and to the coordinator, and the port whose message ends the run."""
 
     couplings: list[Coupling]
     outside: list[Coupling]
@@ -52,7 +51,7 @@ def wiring(plan: Plan) -> Wiring:
 
 
 def driven_winds(plan: Plan) -> dict[str, float]:
-    """Return the wind forces whose speed comes from outside, each with its speed at the start [m/s]."""
+    """Return the wind forces whose wind speed is an input from outside the run, each with its initial speed [m/s]."""
     forces = (f for machine in plan.machines for f in machine.system.forces)
     return {f.name: f.signal.value for f in forces if isinstance(f, Wind) and f.signal.driven}
 
@@ -80,8 +79,7 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
 
 
 def postponed(core: OpenCoordinator, plan: Plan) -> bool:
-    """Postpone the end of a run without a stated end if a model that gives orders still has an event scheduled at the
-    time bound; return whether the end was postponed.
+    """Postpone the end of a run without a stated end while a model that gives orders has events left; return whether.
 
     A load that only swings does not count.
     """

@@ -36,7 +36,8 @@ _ghosts: dict[tuple[type, Reach], type] = {}
 
 
 def secluded(root: Coupled, names: Sequence[str], build: Callable[[], Coupled]) -> list[Model]:
-    """Return these children of the root, isolated from all other models; `build` builds the root model again."""
+    """Return children of the root, isolated from all other models; `build` builds a second root if they share
+    objects."""
     bound = _bound([root.children[name] for name in names])
     own = {name: root.children[name] for name in names if name not in bound}
     _seclude(root, own)

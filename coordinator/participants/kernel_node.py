@@ -74,14 +74,14 @@ class KernelNode:
         return msgspec.msgpack.encode(whole | ({"lifts": lifts} if lifts else {}))
 
     def start(self) -> None:
-        """Compute initial discrete states and the first tentative step; samples are sent only after the layout."""
+        """Start the kernel: compute its initial discrete states and the first tentative integration step."""
         self.simulation.start()
         self.simulation.run(0)
 
     @property
     def next_time(self) -> Tag:
-        """Logical time of the kernel's next event: the report of a command's effects, the next due sample, or the
-        located state event.
+        """Logical time of the kernel's next event: the report of a command's effects, a due sample, or a located state
+        event.
 
         If there is none, a silent logical time just before the end of the tentative step.
 
@@ -124,13 +124,12 @@ class KernelNode:
 
     @property
     def slack(self) -> list[Slack]:
-        """The observed lookaheads, none: the kernel schedules no output in response to an input."""
+        """No observed lookaheads, since the kernel schedules no output in response to an input."""
         return []
 
     @property
     def quiet(self) -> Tag:
-        """Earliest logical time at which the kernel may send something if no input arrives; the end of a tentative step
-        without an event sends nothing."""
+        """Earliest logical time at which the kernel may send a message if no input arrives."""
         due = self.next_time
         spoken = self._message or self.simulation.event or self._sample
         return due if spoken else max(Tag(self.simulation.next_ns), succ(due))
@@ -153,12 +152,11 @@ class KernelNode:
         return sorted(out, key=lambda e: e.order)
 
     def among(self) -> list[Event]:
-        """Return the events that no other node receives: none, since models receive all events of the kernel."""
+        """Return no events, since every event of the kernel goes to a model in another node."""
         return []
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Fire the located event, apply the inputs, or both (confluent: switch first, then inputs); then compute ahead
-        up to `until`."""
+        """Process the kernel's located event, then the inputs at this logical time, and compute ahead up to `until`."""
         fires, message = self.simulation.event and tag == self._located, bool(self._message)
         if tag == self._sample:
             self._sampling.taken()
@@ -184,7 +182,7 @@ class KernelNode:
         self._work(until)
 
     def finish(self, end: Tag) -> str:
-        """Publish the remaining samples up to the end of the run."""
+        """Publish the remaining samples of the kernel up to the end of the run."""
         rows, self._before = self.simulation.rows, end.t
         rows[:] = [row for row in rows if row[0] < end.t]
         for lift in self.simulation.alone:
@@ -235,7 +233,7 @@ class KernelNode:
         self.foretell()
 
     def foretell(self) -> None:
-        """Publish the samples of a scene at rest in advance."""
+        """Publish future samples of a scene at rest in advance."""
         if self._foretells and (rest := self.simulation.foretold()):
             self._batch([*self.simulation.rows, rest], [], self._period)
 

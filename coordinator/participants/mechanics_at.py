@@ -53,8 +53,8 @@ class _Stages:
 
 
 def at_rest(scene: LoadedScene, at: float | None, after: str) -> tuple[Equilibrium, Simulation]:
-    """Return the mechanics of a scene in equilibrium: on the equilibrium path of its action list `after` a stage, or
-    near the state of a run at time `at` [s]."""
+    """Return an equilibrium of a scene and its simulation: after a stage, or found from the pose of a run at time `at`
+    [s]."""
     if at is None:
         path = resting(scene, after)
         return path.rest(), path.command
@@ -76,8 +76,8 @@ def check_steps(scene: LoadedScene) -> None:
 
 
 def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
-    """Return the equilibrium path of a scene up to the end of stage `after`, or its first point. Raises SceneError if
-    there is no such stage, or if the path ends before it."""
+    """Return the equilibrium path of a scene up to the end of stage `after`, or only its first point; raises
+    SceneError."""
     rehearsal = StaticRun(scene.plan, after)
     if not after:
         rehearsal.path.start()

@@ -52,8 +52,7 @@ class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):
 
 
 class ModelPart(msgspec.Struct, frozen=True, tag="model"):
-    """Configuration of a node with children of the model that `build` = "module:function" returns; `log`: record
-    transitions; `finish`: the port (child, port) that ends the run."""
+    """Configuration of a node that runs children of a DEVS model; `finish`: port (child, port) that ends the run."""
 
     build: str
     log: bool = False

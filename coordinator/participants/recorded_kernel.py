@@ -29,8 +29,9 @@ BATCH = 256  # samples that are said at once
 
 @dataclass
 class RecordedKernel:
-    """The kernel's recorded history before a branch: events, samples by column name, notes, all checkpoints and the
-    last one (complete up to the logical time `at`), facts for the new recording.
+    """The kernel's recorded history before a branch: events, samples, notes and checkpoints.
+
+    The last checkpoint, `state`, is complete up to the logical time `at`; `facts` go into the new recording.
 
     Results: whether the checkpoint is `used`, or `why` not; how many samples were equal; the first one that was not, as
     (time [ns], column, recorded, now); whether the recorded part is `over`.
@@ -91,7 +92,7 @@ class Recalled:
 
     @property
     def pauses(self) -> int:
-        """Counter of the kernel's progress."""
+        """Counter that increases while the kernel makes progress."""
         return self._kernel.pauses
 
     def start(self) -> None:
@@ -106,8 +107,7 @@ class Recalled:
 
     @property
     def quiet(self) -> Tag:
-        """Earliest logical time at which the kernel may send something if no input arrives: that of the next recorded
-        event, or that of the kernel itself."""
+        """Earliest logical time at which the replayed kernel may send a message if no input arrives."""
         return self._events[-1].tag if self._events else self._kernel.quiet
 
     @property
@@ -222,8 +222,7 @@ class _Known:
         return times, rows
 
     def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
-        """Yield the recorded rows before row `end` or before a time [ns], in batches: number of the first row, times,
-        and rows in the kernel's layout."""
+        """Yield the recorded rows before row `end` or a time [ns], in batches: number of the first row, times, rows."""
         while self.number < end and self._next() and self._times[0] < before_ns:
             first = self.number
             n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])

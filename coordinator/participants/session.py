@@ -30,8 +30,7 @@ def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
 
 
 class Session(Generic[Kernel]):
-    """A run of a plan in this process without messages between processes: `models`, `kernel`, the protocol's `core`,
-    and the number of `grants` so far."""
+    """A run of a plan in this process, without messages between processes."""
 
     def __init__(
         self,
@@ -69,7 +68,7 @@ class Session(Generic[Kernel]):
         self._hear(event)
 
     def advance(self, until: Tag = FOREVER) -> RunEnd | None:
-        """Process everything before a logical time; return why the run is over, or None. Raises HeavyliftError."""
+        """Process all events before a logical time; return why the run is over, or None. Raises HeavyliftError."""
         answers: list[tuple[str, GrantDone]] = []
         while True:
             for name, grant in self.core.ready(until):

@@ -134,8 +134,7 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """Record that a node has published samples up to `t_ns` [ns] within its grant, so that none of its later
-        outputs is earlier (step 6 of the protocol)."""
+        """Record that a node has published samples up to `t_ns` [ns] within its grant (step 6 of the protocol)."""
         node = self._node(name)
         if node.running:
             for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):
@@ -215,8 +214,10 @@ class Coordinator:
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Return (count, name) of the nodes that began to block this node since the last call; `count`: number of DONE
-        messages of all nodes up to then."""
+        """Return (count, name) of the nodes that began to block this node since the last call.
+
+        `count`: number of DONE messages of all nodes up to then.
+        """
         return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:

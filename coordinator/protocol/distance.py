@@ -99,8 +99,9 @@ def distances(
 
 
 def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Return all paths by which nodes can affect node i, each as (index of a logical time, delay in ns, delay in
-    microsteps).
+    """Return all paths by which events of other nodes can reach node i, with their delays.
+
+    Each is (index of a logical time, delay in ns, delay in microsteps).
 
     The index of node j is j for its next output `says`, n + j for its next input `hears`, and 2n + j for its earliest
     output o.
@@ -244,8 +245,10 @@ class NodeState:
             other._held.append((dones, self.name))
 
     def blocked_by(self) -> list[tuple[int, str]]:
-        """Return (count, name) of the nodes that began to block this node since the last call; `count`: number of DONE
-        messages of all nodes up to then."""
+        """Return (count, name) of the nodes that began to block this node since the last call.
+
+        `count`: number of DONE messages of all nodes up to then.
+        """
         held, self._held = self._held, []
         return held
 

@@ -279,8 +279,10 @@ class RopeLines:
         self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
 
     def resting(self, ties: Mapping[str, Point | None]) -> list[RopeLine]:
-        """Return the lines of all ropes at the start of a run. `ties`: for each sling, the lug to which its line is
-        drawn, or None if the sling is not hooked."""
+        """Return the lines of all ropes at the start of a run.
+
+        `ties`: for each sling, the lug to which its line is drawn, or None if the sling is not hooked.
+        """
         for rope, lug in ties.items():
             self._hooked[rope] = lug is not None
             if lug is not None:

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
 
 def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -> dict[str, object]:
-    """Return the facts that a recording states about its scene, by name: settings, model level, nodes, supports and
-    others."""
+    """Return the metadata of a scene for its recording, such as settings, model level, nodes and supports."""
     plan, asked = scene.plan, scene.facts.ask
     return {
         "scene": plan.name,
@@ -62,8 +61,7 @@ def hanging(plan: Plan) -> dict[str, str]:
 
 
 class EnergyAudit:
-    """Energy balance of a run: largest imbalance [J], and energy turned over [J], which is the work of drives and
-    winches, the heat, and the changes of kinetic energy."""
+    """Energy balance of a run: largest imbalance [J] and energy turned over (work, heat, kinetic energy) [J]."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._energy, self._accounts = layout.find("energy"), layout.find("account")

@@ -36,8 +36,7 @@ class Budget:
 
     @staticmethod
     def of(start: Mark, greeted: Mark, played: Mark, ended: Mark, kernel: float) -> "Budget":
-        """Compute how the wall time of a run was spent, from the times of its start, the last HELLO, the last grant and
-        the end of all processes, and the kernel's own working time [s]."""
+        """Compute how the wall time of a run was spent on its parts [s]."""
         marks = [start, greeted, played, ended]
         starting, playing, ending = ((b[0] - a[0]) - (b[1] - a[1]) for a, b in pairwise(marks))  # without the recording
         return Budget(starting, kernel, max(0.0, playing - kernel), ended[1], ending)
@@ -202,7 +201,7 @@ class FileRecorder(RunRecorder):
 
     @clocked
     def close(self, facts: Mapping[str, object]) -> None:
-        """Finish the recording with facts about the end of the run and observed lookaheads."""
+        """Finish the recording with the outcome of the run and the observed lookaheads."""
         self.recorder.close("finished", "", {**facts, "slack": msgspec.to_builtins(self.slack)})
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:

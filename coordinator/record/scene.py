@@ -49,8 +49,8 @@ MERGED = "merged.json"  # the whole scene, where its own text is not all of it
 
 @dataclass(frozen=True)
 class RunResult:
-    """Results of a recorded run: simulated and wall time [s], digest, peak tension [N] and its time [s] of each rope,
-    verdict, and the path of the `recording`.
+    """Results of a recorded run: simulated and wall time [s], digest, peak rope tensions [N], verdict, path of the
+    recording.
 
     Also the error of the energy balance, number of grants, conditions for which the action list still waited at the
     time bound, `budget` of the wall time, lateness in real time, and notes of the kernel.

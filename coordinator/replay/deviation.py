@@ -22,13 +22,12 @@ Floats = NDArray[np.float64]
 
 
 class Deviation(msgspec.Struct, frozen=True):
-    """The first difference between a recorded run and its repetition: logical time, topic, recorded and new value; None
-    for a value that one of them lacks."""
+    """The first difference between a recorded run and its repetition: logical time, topic, recorded and new value."""
 
     t_ns: int
     microstep: int
     topic: str
-    recorded: object
+    recorded: object  # None: no value
     now: object
 
     def __str__(self) -> str:

@@ -45,8 +45,7 @@ class PublishedItem(NamedTuple):
 
 
 class Replay:
-    """The messages to replay from a recording: those between two times [s], on topics that match the patterns (all
-    topics if there are no patterns)."""
+    """The messages of a recording to replay: those in a time range [s] and on topics that match patterns."""
 
     def __init__(
         self, run: RecordedRun, topics: Sequence[str] = (), start: float | None = None, end: float | None = None

@@ -42,8 +42,7 @@ from heavylift.recordings.format.spellings import BEAM
 
 @dataclass(frozen=True)
 class RecordedModels:
-    """The models of a recorded run: node of each model by the name that users see, couplings, the port that ends the
-    run, and constructors.
+    """The models of a recorded run: the node of each model, couplings, the port that ends the run, and constructors.
 
     `make(name, publish)` builds a new model; `publish` receives the sample batches of the kernel.
     """
@@ -137,7 +136,7 @@ class RecordedRun:
 
     @cached_property
     def cast(self) -> RecordedModels:
-        """The models of the run; raises RecordingError if this version cannot build them."""
+        """The models of the recorded run; raises RecordingError if this version cannot build them."""
         return recorded_models(self.recording)
 
     @cached_property
@@ -173,5 +172,5 @@ class RecordedRun:
 
 
 def plain(e: RecordedEvent) -> Event:
-    """Return a recorded event whose value is encoded as plain data, without its message class."""
+    """Return a recorded event with its value as plain data, without its message class."""
     return Event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(e.value))

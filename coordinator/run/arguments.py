@@ -40,8 +40,8 @@ def end_ns(until: object) -> int:
 
 
 def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Order[What]]:
-    """Check and sort orders, each a pair of a time [s] and a value that satisfies `fits`; raises ModelError, in which
-    `what` describes such values."""
+    """Check and sort timed orders, each a pair of a time [s] and a value for which `fits` is true; raises
+    ModelError."""
     if not isinstance(orders, Iterable) or isinstance(orders, str | bytes):
         raise ModelError(f"orders={orders!r}: give a list of pairs (seconds, {what})")
     found: list[Order[What]] = []

@@ -74,8 +74,9 @@ class RunBranch:
     def of(
         cls, path: str | Path, at: str, settings: Sequence[str] = (), scene: str | Path | None = None
     ) -> "RunBranch":
-        """Return a branch of the recording `path` that starts `at` "stage NAME", "end of stage NAME", "120 s" or
-        "2:00"; raises RecordingError or SceneError.
+        """Return a branch of the recording `path` that starts at a time or stage; raises RecordingError or SceneError.
+
+        `at`: "stage NAME", "end of stage NAME", "120 s" or "2:00".
 
         `scene`: an edited file to use instead of the recorded scene.
         """

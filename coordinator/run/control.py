@@ -22,7 +22,7 @@ Control = Callable[[float, dict[str, float]], Mapping[str, float]]  # orders by 
 def steering(
     control: Control | None, period: float | None, end_ns: int
 ) -> list[tuple[int, Callable[[CommandTarget], object]]]:
-    """Return when a run calls the user's control function: pairs of a time [ns] and a call; raises KernelError."""
+    """Return the calls of the user's control function in a run, each with its time [ns]; raises KernelError."""
     if control is None and period is None:
         return []
     if control is None or period is None:

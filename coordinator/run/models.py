@@ -83,7 +83,9 @@ def run_models(
     stop: str = "",
     external: Collection[str] = (),
 ) -> ModelRun:
-    """Run the model of `build` = "module:function" to events at t < `until` [s], or to the end of all activity.
+    """Run a DEVS model up to, but not including, time `until` [s], or until no event is left.
+
+    `build`: the model, or the "module:function" that returns it.
 
     `stop`: "child.port" whose first message ends the run, together with everything else at that time.
 

@@ -55,10 +55,9 @@ class Beginning:
 
     @classmethod
     def of(cls, part: str | Path, within: Path | None = None) -> "Beginning":
-        """Read the readable part of a run from a `.part` file, or from the recording of a run that failed; raises
-        RecordingError if it has no scene.
+        """Read the readable part of a run that was cut off or failed; raises RecordingError if it has no scene.
 
-        `within`: folder for temporary files.
+        `part`: a `.part` file or a recording; `within`: folder for temporary files.
         """
         part = file_path(part)
         with TemporaryDirectory(prefix="heavylift-", dir=within) as folder:

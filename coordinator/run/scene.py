@@ -192,8 +192,7 @@ class _Run(Relay):
         self._record.layout(layout, systems)
 
     def play(self) -> None:
-        """Run rounds of grants until the end of the scene; if it states none, as long as a model that gives orders has
-        an event scheduled."""
+        """Run rounds of grants until the end of the scene, or until no model that gives orders has an event left."""
         self._outcome = self.talk.play()
         while postponed(self.talk.core, self._plan):
             self._outcome = self.talk.play()

@@ -33,8 +33,7 @@ def start_again() -> None:
 
 
 def loose(model: "Model") -> list[str]:
-    """Return the paths of atomic models whose code creates sets or whose attributes contain sets, since the order of
-    sets depends on the hash seed."""
+    """Return the paths of atomic models whose code or attributes contain sets, whose order depends on the hash seed."""
     from heavylift.nodes.devs import Atomic  # for which the command line need not wait
     from heavylift.nodes.devs.execution.flatten import tree
 

@@ -57,8 +57,7 @@ class ReplayLog:
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
     def retell(self) -> Iterator[tuple[bytes, bytes]]:
-        """Yield the messages to repeat, from WELCOME on, each with its recorded answer, including messages that are
-        logged during the iteration."""
+        """Yield the messages to repeat, from WELCOME on, each with its recorded answer."""
         if self.welcome is None or self.hello is None:
             return
         yield self.welcome, self.hello
@@ -85,7 +84,7 @@ _CURE = "let it depend on nothing but its inputs, time and its own random genera
 
 @dataclass
 class Life:
-    """State of a node across all processes that have run it, as the replacement of lost processes needs it."""
+    """State of a node across all processes that have run it, needed to replace a lost process."""
 
     log: ReplayLog
     ready: bool = False  # has heard the whole story

@@ -113,8 +113,8 @@ class StallDetector:
         self._debts: dict[str, _Debt] = {}
 
     def lost(self, process: str, since: float, now: float) -> str | None:
-        """Decide whether a process that has owed an answer since `since` [monotonic s] is lost: return a sentence on
-        how, "" if it is not, None if it is too early to say."""
+        """Decide whether a process that owes an answer since `since` [monotonic s] is lost: return how, "" if it is
+        not, None if it is too early to decide."""
         debt = self._debts.get(process)
         if debt is None or debt.since != since:
             debt = self._debts[process] = _Debt(since, since)

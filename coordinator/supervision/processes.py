@@ -189,8 +189,7 @@ class Processes(AbstractContextManager["Processes"]):
         return state(self.pid(process) or 0)
 
     def place(self, process: str) -> str:
-        """Return the place in the code where the main thread of a process is; the process also writes the stacks of all
-        its threads to its log."""
+        """Return the place in the code where a process is; it also writes the stacks of all its threads to its log."""
         if process not in self.pids:
             return ""
         before = len(self.output(process))

@@ -54,7 +54,7 @@ class Axis:
 
     @cached_property
     def numbers(self) -> list[float] | None:
-        """The texts of the axis as numbers, if all are numbers with a common unit; otherwise None."""
+        """The values of the axis as numbers, if all have a common unit; otherwise None."""
         found = [number_and_unit(text) for text in self.texts]
         return [float(x) for x, _ in found] if all(x for x, _ in found) and len({u for _, u in found}) == 1 else None
 

@@ -65,8 +65,7 @@ class FoundLimit:
 
     @property
     def half(self) -> float | None:
-        """Half-width of the uncertainty of the limit that follows from that of the utilisation, in the unit of the
-        varied number; None if unknown."""
+        """Half-width of the uncertainty of the limit, in the unit of the varied number; None if unknown."""
         if self.bar is None or self.green is None or self.red is None:
             return None
         name = f"use/{self.runs[self.red]['limit']}"
@@ -190,8 +189,9 @@ def limits_of(
     fails: State = "red",
     seas: SeaRuns | None = None,
 ) -> FoundLimit:
-    """Find the limit of the number that `asked` names as `PATH`, or within a range as `PATH=FROM..TO UNIT`; raises
-    SceneError if PATH does not lead to a number.
+    """Find the limit of a number in a scene; raises SceneError if the path does not lead to a number.
+
+    `asked`: `PATH`, or within a range `PATH=FROM..TO UNIT`.
 
     `seas`: runs over several seeds, in place of a single run for each value.
     """

@@ -29,8 +29,7 @@ DIMENSIONS = {("speed", False): SPEED, ("speed", True): RATE,
 
 @dataclass(frozen=True)
 class MotionOrder:
-    """A move that the action list orders: its path for `--set`, its text, and its speed or acceleration, which is
-    varied [SI]."""
+    """A move that the action list orders, with its speed or acceleration [SI], which a search can vary."""
 
     path: str
     text: str
@@ -57,8 +56,8 @@ class MotionGroup:
         return max(order.number for order in self.orders) / float(self.dimension.units[self.unit])
 
     def setting(self, text: str) -> list[str]:
-        """Return settings that scale all moves of the group so that the largest speed or acceleration becomes this
-        value; raises SceneError if the text is not a value."""
+        """Return settings that scale all moves of the group so that the largest speed or acceleration is this value;
+        raises SceneError."""
         try:
             part = self.dimension.read(text) / max(order.number for order in self.orders)
         except ValueError as error:

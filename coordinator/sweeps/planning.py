@@ -79,8 +79,8 @@ class _Search:
     # ---- along the path at rest -----------------------------------------------------------------------------
 
     def at_rest(self) -> str:
-        """Apply each possible acceleration as far as checks and static limits allow on the equilibrium path; return why
-        the unchanged scene is refused, or ""."""
+        """Shorten each stage as far as checks and static limits on the equilibrium path allow; return why the unchanged
+        scene is refused, or ""."""
         self.best = self.outlook(self.parts)
         if self.best.why:
             return self.best.why
@@ -127,7 +127,7 @@ class _Search:
         return low, green, why
 
     def outlook(self, parts: Mapping[TimingStep, float]) -> _Outlook:
-        """Check the scene with these fractions of the accelerations along its equilibrium path, without a run."""
+        """Check the scene along its equilibrium path, without a run, with these changes applied in part or in full."""
         try:
             scene = self.variant(parts)
         except HeavyliftError as error:
@@ -140,12 +140,12 @@ class _Search:
         return _Outlook(scene, begins, begins[last] if last < len(begins) else scene.statics.states[-1].t)
 
     def variant(self, parts: Mapping[TimingStep, float]) -> LoadedScene:
-        """Return the scene with these fractions of the possible accelerations applied, at the same model level."""
+        """Return the scene with these changes of its timing applied in part or in full, at the same model level."""
         found, answer = parse(self.written(parts), str(self.scene.path), passing=True), self.scene.answer
         return answered(found, answer) if answer else found
 
     def written(self, parts: Mapping[TimingStep, float]) -> str:
-        """Return the scene's text with these fractions of the possible accelerations applied."""
+        """Return the scene's text with these changes of its timing applied in part or in full."""
         source, texts = read(self.text, str(self.scene.path)), dict[Path, str]()
         for step, part in parts.items():
             for path in step.paths if part else ():
@@ -166,7 +166,7 @@ class _Search:
     def in_runs(self, first: Played) -> tuple[LoadedScene, Played] | None:
         """Return the quickest timing whose simulated run is green, with this run; None if there is none.
 
-        The search starts from the result at rest and reduces the accelerations of stages that turn red.
+        The search starts from the timing found by statics and reverts part of the changes of stages that turn red.
         """
         lost = Parts()
         while self.parts and not self.spent:

@@ -27,15 +27,14 @@ from heavylift.nodes.sea.extremes import FEWEST, Extreme, extreme, part_of
 from heavylift.recordings.sheets.sheet import Cell, Sheet, Table, columns
 
 from .axes import Variant
-from .variant import Row, Task, judged
+from .variant import Row, Task, governing_uses, judged
 
 HEADS = columns("check", "of", "quantile", "at most, 95 %", "mean", "largest", "in seed .0", "found by")
 LISTED = 30  # limits in the table of quantiles
 
 
 class SeedRun(msgspec.Struct, frozen=True):
-    """Results of the run with one seed: row of the study, highest utilisation of each limit and of the smallest
-    clearance, findings."""
+    """Results of the run with one random seed: row of the study, utilisations of limits, findings."""
 
     row: Row
     uses: tuple[Use, ...] = ()
@@ -44,7 +43,7 @@ class SeedRun(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class SeedsVerdict:
-    """The verdict over seeds: name of the quantile, seeds, runs, checks, and a row of numbers for each limit."""
+    """The verdict on quantiles over runs with different random seeds."""
 
     quantile: str
     seeds: Sequence[int]
@@ -64,7 +63,7 @@ class SeedsVerdict:
         state = self.state
         row: Row = {"status": "red" if state == "red" else "done", "sentence": "", "state": state}
         row |= {"verdict": line_of(self.checks), "use": float("nan"), "limit": ""}
-        used = [(x.use, f"{x.limit.subject} {x.limit.quantity}", x.stage) for x in self.uses if x.use is not None]
+        used = [(x.use, name, x.stage) for name, x in governing_uses(self.uses).items() if x.use is not None]
         row |= {f"use/{name}": use for use, name, _ in used}
         if used:
             row["use"], row["limit"], row["limit stage"] = max(used)
@@ -82,8 +81,8 @@ class SeedsVerdict:
 def replicated(
     scene: LoadedScene, count: int, seed: int = 1, limit_s: float = 60.0, executor: Executor | None = None
 ) -> SeedsVerdict:
-    """Run a scene for `count` seeds from `seed` on and return the verdict on the quantile that the scene states for its
-    waves; raises SceneError if nothing in it is random, or a seed cannot be run."""
+    """Run a scene for `count` random seeds and return the verdict on the quantile that its waves require; raises
+    SceneError."""
     check_seeds(scene, count)
     scene = level_of(scene)
     task, seeds = Task.of(scene, limit_s, "none", True), range(seed, seed + count)
@@ -94,7 +93,7 @@ def replicated(
 
 @dataclass(frozen=True)
 class SeaRuns:
-    """Runs of a scene for the same seeds with changing settings, on one pool."""
+    """Runs of a scene for the same random seeds under varying settings, in one process pool."""
 
     scene: LoadedScene
     seeds: Sequence[int]
@@ -102,8 +101,7 @@ class SeaRuns:
     pool: Executor
 
     def row(self, settings: Sequence[str]) -> Row:
-        """Return the verdict over the seeds, for these settings, as the row of a study; if a run gave no result, return
-        the row of the first such run."""
+        """Return the verdict over the seeds as a row of the study, or the row of the first run that failed."""
         runs = over_seeds(Task.of(self.scene, self.limit_s, "none", True), settings, self.seeds, self.pool)
         bad = [run.row for run in runs if run.row["status"] not in ("done", "red")]
         return bad[0] if bad else verdict_of_seeds(self.scene, self.seeds, runs).row
@@ -117,7 +115,7 @@ def over_seeds(task: Task, settings: Sequence[str], seeds: Sequence[int], pool: 
 
 
 def seed_run(task: Task, variant: Variant) -> bytes:
-    """Run one seed and return its encoded results."""
+    """Run a scene with one random seed and return its encoded results."""
     row, verdict = judged(task, variant)
     uses, found = list[Use](), tuple[Check, ...]()
     if verdict is not None:

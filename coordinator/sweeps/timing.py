@@ -36,11 +36,12 @@ BEHIND_SPEED = re.compile(r"(?=\s(?:by|to|until)\s)")
 
 @dataclass(frozen=True)
 class TimingStep:
-    """A possible change that shortens an action (numbered from 0), from the value `now` to the value `most` at paths of
-    the scene.
+    """A possible change that shortens an action, by a higher speed, another ramp, or an overlap with the previous
+    action.
 
-    Speeds of an action are scaled by a common factor; a ramp is written as `words`; for an overlap `now` and `most` are
-    times [s]. `why`: what limits `most`; "" if only a trial can show it.
+    `now`, `most`: present and largest value at `paths` of the scene; actions are numbered from 0. Speeds of an action
+    are scaled by a common factor; a ramp is written as `words`; for an overlap `now` and `most` are times [s]. `why`:
+    what limits `most`; "" if only a trial can show it.
     """
 
     kind: Literal["speed", "ramp", "overlap"]
@@ -57,13 +58,11 @@ class TimingStep:
         return self.kind == "overlap" or not self.why
 
     def value(self, part: float) -> float:
-        """Return the factor of the speed, or for an overlap the time [s], if only the fraction `part` of the change is
-        applied."""
+        """Return the speed factor, or for an overlap the time [s], after the fraction `part` of the change."""
         return self.most if part >= 1.0 else self.now + (self.most - self.now) * part
 
     def text(self, before: str, part: float) -> str:
-        """Return the scene text that replaces the text `before` at a path, if only the fraction `part` of the change is
-        applied."""
+        """Return the scene text that replaces the text `before` after the fraction `part` of the change."""
         x = self.value(part)
         if self.kind == "overlap":
             return f"after {x:.1f} s"
@@ -73,8 +72,8 @@ class TimingStep:
 
 
 def speeds(scene: LoadedScene) -> Iterator[TimingStep]:
-    """Yield, for each action, changes that raise the speeds of its orders to those of their drives, the largest change
-    first; the speed of a turn is multiplied by `TURNS`."""
+    """Yield, for each action, changes that raise the speeds of its orders up to those of the drives, the largest change
+    first."""
     actuators = {a.name: a for machine in scene.plan.machines for a in machine.actuators}
     for i, action in enumerate(scene.scene.actions):
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and actuators[o.actuator].speed]
@@ -196,16 +195,15 @@ Parts = dict[TimingStep, float]  # how far each step is taken, of 1
 
 @dataclass(frozen=True)
 class FoundTiming:
-    """Result of a search for the shortest timing: scene and run before and after, the fraction of each change that was
-    applied and what limits it; `wrong`: why no timing was found."""
+    """Result of a search for the shortest timing: scene and run before and after, with the changes applied."""
 
     before: LoadedScene
     run_before: Played | None
     after: LoadedScene | None = None
     run_after: Played | None = None
     parts: Parts = field(default_factory=dict)
-    why: Mapping[TimingStep, str] = field(default_factory=dict)
-    wrong: str = ""
+    why: Mapping[TimingStep, str] = field(default_factory=dict)  # what limits each change
+    wrong: str = ""  # why no timing was found
 
     @property
     def gain(self) -> float:
@@ -248,8 +246,7 @@ class FoundTiming:
 
 
 def last_wait(actions: Sequence[Action]) -> int:
-    """Return the index of the first of the waits with which an action list ends; the length of the list if it ends with
-    none."""
+    """Return the index at which the waits at the end of an action list begin; its length if it ends with none."""
     n = len(actions)
     while n and all(isinstance(order, Wait) for order in actions[n - 1].orders):
         n -= 1

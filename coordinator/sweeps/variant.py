@@ -12,7 +12,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
@@ -20,7 +20,7 @@ from typing import Any, Literal
 import msgspec
 import numpy as np
 from heavylift.coordinator.ladder.in_memory import CUT, Judged, Played, play
-from heavylift.coordinator.ladder.looking import as_it_is
+from heavylift.coordinator.ladder.looking import as_it_is, errors_of_limits
 from heavylift.coordinator.ladder.measuring import Measuring
 from heavylift.coordinator.ladder.model_levels import ModelLevel
 from heavylift.coordinator.run.simulate import result_of
@@ -132,13 +132,12 @@ def first_sentence(text: str) -> str:
 
 
 def played(task: Task, variant: Variant) -> Row:
-    """Run a variant and return its row: status, sentence, numbers, worker; `recording` holds bytes to keep."""
+    """Run a variant of a scene and return its row of the study."""
     return judged(task, variant)[0]
 
 
 def judged(task: Task, variant: Variant) -> tuple[Row, Judged | None]:
-    """Run a variant and return its row; if the run reached its end, the row also has the verdict and the
-    utilisations."""
+    """Run a variant and return its row of the study, with the verdict and utilisations if the run reached its end."""
     began, cpu = time.perf_counter(), time.thread_time()
     row: Row = {"number": variant.number, "status": "done", "sentence": ""}
     scene, verdict, settings = None, None, (*task.settings, *variant.settings)
@@ -155,9 +154,14 @@ def judged(task: Task, variant: Variant) -> tuple[Row, Judged | None]:
         row |= {RESPONSE + name: _response(name, reference, run) for name, reference in task.responses}
         verdict = run.judge.fine if task.judged else None
         if task.ask and variant.number % EACH == 0:
-            errors = as_it_is(scene.plan, USUAL, Measuring(task.ask)).error
-            row["error in"] = max(errors, key=lambda x: (errors[x], x), default="")
-            row["error"] = errors.get(row["error in"], 0.0)
+            measuring = Measuring(task.ask)
+            look = as_it_is(scene.plan, USUAL, measuring)
+            row["error in"] = max(look.error, key=lambda x: (look.error[x], x), default="")
+            row["error"] = look.error.get(row["error in"], 0.0)
+            if task.judged and look.whole:  # the checks of this row have errors of their own
+                judge = replace(run.judge, errors=look.error | errors_of_limits(look, measuring))
+                row |= _verdict(judge.fine)
+                verdict = judge.fine
     except SceneError as error:
         row |= {"status": "refused", "sentence": str(error)}
     except HeavyliftError as error:
@@ -188,7 +192,7 @@ def _numbers(run: Played, judged: bool) -> Row:
     row["off-lead [deg]"] = _off_lead(run)
     if judged:
         verdict, found = run.judge.fine
-        row |= {"verdict": verdict.line, "state": verdict.state, "status": "red" if verdict.red else "done"}
+        row |= _verdict(run.judge.fine)
         row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
         uses = governing_uses(found)
         row |= {f"use/{name}": x.use for name, x in uses.items()}
@@ -200,9 +204,14 @@ def _numbers(run: Played, judged: bool) -> Row:
     return row
 
 
+def _verdict(found: Judged) -> Row:
+    verdict, _ = found
+    return {"verdict": verdict.line, "state": verdict.state, "status": "red" if verdict.red else "done"}
+
+
 def governing_uses(uses: Sequence[Use]) -> dict[str, Use]:
     """Return the maximum utilisation of each checked limit, by the limit's name."""
-    return {f"{x.limit.subject} {x.limit.quantity}": x for x in uses if x.use is not None}
+    return {f"{x.limit.subject} {x.limit.quantity}": x.at_worst for x in uses if x.use is not None}
 
 
 def _off_lead(run: Played) -> float:

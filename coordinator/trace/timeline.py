@@ -38,8 +38,7 @@ class GrantSpan(NamedTuple):
 
 
 class HeldTime(NamedTuple):
-    """An interval of wall time [ns] in which a node could not advance because the next event of the node `by` might
-    still affect it."""
+    """An interval of wall time [ns] in which a node waited because the node `by` might still send it an event."""
 
     begin: int
     end: int
@@ -48,8 +47,8 @@ class HeldTime(NamedTuple):
 
 @dataclass
 class Lane:
-    """The activity of one node over wall time: its process, intervals with a grant and intervals in which it was
-    blocked, working time [s], bytes of its messages."""
+    """The activity of one node over wall time: its grants, the intervals in which it was blocked, and its working time
+    [s]."""
 
     node: str
     process: str
@@ -159,8 +158,7 @@ def _messages(recording: Recording) -> Iterator[_Message]:
 
 
 class Chain(NamedTuple):
-    """A chain of nodes in which each waits for the next, down to the one that works or the coordinator; `ns`: total
-    waiting time [ns]."""
+    """A chain of nodes in which each waits for the next; `ns`: total waiting time [ns]."""
 
     nodes: tuple[str, ...]
     ns: int

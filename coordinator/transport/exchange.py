@@ -22,7 +22,7 @@ from .session import local_session, new_run_id
 
 
 class Exchange:
-    """The coordinator's end of a session: what hubs of processes and of nodes in this process have in common."""
+    """The coordinator's end of a session with its nodes; base class of the hubs."""
 
     def __init__(self, session: zenoh.Session, run: str, placement: Placement) -> None:
         block = zenoh.CongestionControl.BLOCK

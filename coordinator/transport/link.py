@@ -133,8 +133,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
 
 
 class LocalLink(_Sender):
-    """Connects a node to a LocalHub in the same process, through the hub's own session; `serve` sets the function that
-    receives the messages to the node.
+    """Connects a node to a LocalHub in the same process, through the hub's own session.
 
     Messages are received by callbacks during the sender's put; exceptions of signals would be lost in this foreign
     code, so signals are deferred.

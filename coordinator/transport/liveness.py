@@ -23,11 +23,10 @@ GRACE_s = 0.3  # how long a lost connection waits for the reason of its process'
 
 
 class News(NamedTuple):
-    """Report to the receiving thread that a process has joined (`lost` is None), or how it was lost; `epoch`: its
-    number among the processes of this name."""
+    """Report to the receiving thread that a process has joined, or how it was `lost`."""
 
     process: str
-    epoch: int
+    epoch: int  # its number among the processes of this name
     lost: str | None
 
 

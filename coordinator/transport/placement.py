@@ -38,8 +38,8 @@ class Placement:
 
     @classmethod
     def spread(cls, models: Sequence[str], count: int) -> "Placement":
-        """Return a placement that distributes the models in order over `count` processes; the kernel has one of its own
-        if there are at least two."""
+        """Return a placement that distributes the models in order over `count` processes, one of several for the kernel
+        alone."""
         count = min(count, len(models))
         if count == len(models):
             return cls.apart(models)

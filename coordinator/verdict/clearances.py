@@ -42,8 +42,8 @@ def clearances(
     mechanics: System | None = None,
     meant: Meant = (),
 ) -> list[Clearance]:
-    """Return all clearances of a run below their limits and, if these are few, also the smallest other ones; smallest
-    first.
+    """Return the clearances of a run that are below their limits, smallest first; if these are few, also the smallest
+    other ones.
 
     `landing`: intervals [s] in which an order to land is carried out; `mechanics`: those of the plan, if known;
     `meant`: allowed contacts with their times.
@@ -87,8 +87,8 @@ def lift_of(plan: Plan, thing: str) -> str:
 
 
 def limit_between(plan: Plan) -> Kept:
-    """Return a function that gives the required clearance [m] between two named parts: the larger of the clearances
-    that their lifts require; without names, the largest of all lifts."""
+    """Return a function that gives the required clearance [m] between two named parts, the larger of those of their
+    lifts."""
     limits = {x.subject: x.value for x in reversed(plan.limits) if x.quantity == "clearance" and x.value is not None}
     own = {x.name: limits[x.name] for x in plan.lists if x.name in limits}
     most = max(own.values(), default=next(reversed(limits.values()), LIMIT))

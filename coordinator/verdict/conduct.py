@@ -37,8 +37,8 @@ FINISHED = "finished"
 
 @dataclass
 class Conduct:
-    """Record of the course of a run: stages (time [s], action, name), orders that did not begin, end positions reached,
-    overloads, interlocks, an operator's commands, and the end."""
+    """Record of the course of a run: stages, orders that did not begin, end positions reached, overloads,
+    interlocks."""
 
     stages: list[tuple[float, int, str]] = field(default_factory=list)
     skipped: list[tuple[float, int, str]] = field(default_factory=list)
@@ -152,14 +152,13 @@ def landing(plan: Plan, text: Conduct) -> list[tuple[float, float]]:
 
 
 def turning(plan: Plan, text: Conduct) -> list[tuple[str, float, float]]:
-    """Return the blocks that are ordered to turn, each with the interval [s] of its stage."""
+    """Return the blocks that are ordered to turn, each with the interval [s] of the stage that orders it."""
     stages = _stages(plan, text)
     return [(x.block, t, end) for t, end, some in stages for a in some for x in a.orders if isinstance(x, Turn)]
 
 
 def turned(plan: Plan, text: Conduct) -> Iterator[tuple[int, float]]:
-    """Yield the turns that ended at the ordered angle: number of the action from 1, and the time [s] of the end; turns
-    that were stopped are left out."""
+    """Yield the turns that ended at the ordered angle: number of the action from 1, and the time [s] of the end."""
     masters = [(f"{own.name}-{TURN}", own.first, own.start) for own in plan.lists] or [(TURN, 0, plan.start)]
     for (master, first, angle), (_, after, _) in pairwise([*masters, ("", len(plan.actions), 0.0)]):
         orders = [(n, x.to) for n in range(first, after) for x in plan.actions[n].orders if isinstance(x, Turn)]

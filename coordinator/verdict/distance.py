@@ -50,8 +50,8 @@ def bounds(a: Placed, b: Placed) -> Floats:
 
 
 def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats:
-    """Return lower bounds (m,) [m] of the distance between two shapes that move straight from a first to a second pose;
-    the effect of turning is left to the caller.
+    """Return lower bounds (m,) [m] of the distance between two shapes that move straight between two poses, without the
+    effect of rotation.
 
     Seen from a shape that does not turn, the gap along a fixed direction is concave in time while the other shape moves
     straight, so it is least at an end; the caller adds the effect of turning.
@@ -64,8 +64,10 @@ def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats
 
 
 def bounds_along(a: tuple[Placed, Placed], b: tuple[Placed, Placed], n: Floats, n_A: Floats, n_B: Floats) -> Floats:
-    """Return lower bounds (m,) [m] of the distance between two shapes that move straight from a first to a second pose,
-    from their gaps along a direction from a to b: `n` fixed in the world, `n_A` in a, `n_B` in b."""
+    """Return lower bounds (m,) [m] of the distance between two moving shapes from their gaps along given directions.
+
+    Directions from a to b: `n` fixed in the world, `n_A` in a, `n_B` in b.
+    """
     first, second = (
         np.stack([np.broadcast_to(n, x.centre.shape).T, turned(x.R, n_A).T, turned(y.R, n_B).T], axis=1)
         for x, y in zip(a, b, strict=True)
@@ -141,8 +143,10 @@ def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
 
 
 def exactly(a: Placed, b: Placed) -> Near:
-    """Return the exact distances of two shapes at m poses; of overlapping shapes, the points are those that touch last
-    when the shapes are moved apart."""
+    """Return the exact distances [m] and nearest points of two shapes at m poses.
+
+    Of overlapping shapes, the points are those that touch last when the shapes are moved apart.
+    """
     p, q = _nearest(a, b)
     gap = lengths(q - p)
     n = (q - p) / np.maximum(gap, TINY)[:, None]

@@ -33,19 +33,20 @@ ASIDE = 1.0  # from where a block stands: as far as it and its trolleys go, it i
 
 @dataclass(frozen=True)
 class GroundClearance:
-    """The smallest ground clearance of a part: distance of its lowest point from the ground [m], time [s], position
-    (3,); limit [m], 0 if only penetration is checked."""
+    """The smallest distance [m] of the lowest point of a part from the ground, with time [s] and position (3,)."""
 
     shape: Moving
     distance: float
     t: float
     p: Floats
-    limit: float
+    limit: float  # [m]; 0 if only penetration is checked
 
 
 class GroundSurvey:
-    """Finds the ground clearances of a run that is read in parts: call `survey` for all parts, then `settle` once, then
-    `look` for each part."""
+    """Finds the ground clearances of a run that is read in parts.
+
+    Call `survey` for all parts, then `settle` once, then `look` for each part.
+    """
 
     def __init__(self, shapes: Shapes, keep: Callable[[str], float]) -> None:
         self._shapes, self._keep = shapes, keep
@@ -74,8 +75,10 @@ class GroundSurvey:
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans, meant: Meant = ()) -> None:
-        """Compute when blocks may be near the ground, after `survey` of all parts of the run; `landing`: intervals [s]
-        of orders to land; `meant`: allowed contacts."""
+        """Compute when blocks may be near the ground, after `survey` of all parts of the run.
+
+        `landing`: intervals [s] of orders to land; `meant`: allowed contacts.
+        """
         for name, columns in self._columns.items():
             t, *others = (np.concatenate(x) for x in zip(*columns, strict=True))
             self._meant[name] = _meant(landing, t, *others)
@@ -86,8 +89,10 @@ class GroundSurvey:
     def look(
         self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
     ) -> Iterator[tuple[GroundClearance, bool]]:
-        """Yield the ground clearances in one part of a run that are below `bar` [m] and smaller than all found before,
-        each with a flag: True if only penetration of the ground is checked."""
+        """Yield ground clearances in one part of a run, each with a flag: True if only penetration is checked.
+
+        Each is smaller than `bar` [m] and all earlier ones.
+        """
         first, last = int(coarse.starts[0]), int(coarse.ends[-1])
         if not self._looks:
             return

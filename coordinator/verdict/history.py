@@ -179,8 +179,8 @@ def history_of(rec: Recording) -> Collector:
 
 
 def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, Sequence[StaticState]]]:
-    """Yield, for each action list, the history of its equilibrium path with its states; ropes end at the lugs to which
-    they are hooked."""
+    """Yield the equilibrium path of each action list as a history with its states; ropes end at the lugs to which they
+    are hooked."""
     known, ends = plan.machines, [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
     lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}
     for first, end in pairwise([0, *ends, len(states)]):

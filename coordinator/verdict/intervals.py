@@ -140,7 +140,7 @@ class Stretches:
 
 
 def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int] | None = None) -> Stretches:
-    """Return all pairs of shapes over the longest intervals, with lower bounds of their distances from their boxes."""
+    """Return all pairs of shapes over the longest intervals of samples, with lower bounds of their distances."""
     centre, reach, moved = coarse.centre.transpose(2, 0, 1), coarse.reach.transpose(2, 0, 1), coarse.moved
     a, b = (np.array(x, np.intp) for x in zip(*pairs, strict=True))
     group = np.zeros(len(a), np.intp) if groups is None else np.array(groups, np.intp)
@@ -178,7 +178,7 @@ def joined(parts: Sequence[Some]) -> Some:
 
 
 def bounded(all_: ShapeBatch, now: Stretches) -> Stretches:
-    """Return the intervals with lower bounds of the distances raised by the gaps at their middle samples."""
+    """Return intervals with tighter lower bounds of the distances, computed from the gaps at their middle samples."""
     if not len(now.a):
         return now
     gap = bounds(all_.placed(now.a, now.middle), all_.placed(now.b, now.middle))
@@ -203,8 +203,8 @@ def cut(all_: ShapeBatch, now: Stretches, size: int) -> Stretches:
 
 @dataclass(frozen=True)
 class Minimum:
-    """Smallest distance of two shapes in a time step: lower bound `least` [m], distance `seen` on the interpolated path
-    [m], time [s], nearest points (3,), and the direction from a to b in the world, in a and in b."""
+    """Smallest distance of two shapes in a time step [m], with its lower bound, time [s], nearest points (3,) and
+    direction."""
 
     least: float
     seen: float
@@ -217,8 +217,7 @@ class Minimum:
 
 @dataclass(frozen=True)
 class Steps:
-    """Pairs of shapes between the samples k and k + 1: their poses there, bounds of their deviation from straight
-    motion due to rotation and sampling [m], and a lower bound of their distance [m]."""
+    """Pairs of shapes between two consecutive samples, with bounds of their motion and distance [m]."""
 
     a: Indices
     b: Indices
@@ -231,7 +230,7 @@ class Steps:
     group: Indices
 
     def sharpen(self, found: Minimum | None) -> None:
-        """Raise the lower bounds of the distances by the gaps along the directions of a minimum that was found."""
+        """Tighten the lower bounds of the distances, using the gaps along the directions of a known minimum."""
         if found is not None and len(self.least):
             raised = bounds_along(self.ends_a, self.ends_b, *found.directions) - self.turning - self.stray
             np.maximum(self.least, raised, out=self.least)
@@ -249,8 +248,8 @@ def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
 
 
 def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
-    """Return the steps from the first sample of each interval to the next sample, without pairs of which a shape does
-    not exist at the first sample."""
+    """Return the pairs of shapes between the first sample of each interval and the next; a shape must exist at the
+    first."""
     now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
     k, after = now.first, np.minimum(now.first + 1, n - 1)
     ends_a, ends_b = ((all_.placed(x, k), all_.placed(x, after)) for x in (now.a, now.b))
@@ -260,8 +259,7 @@ def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
 
 
 def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: float) -> Minimum:
-    """Return the smallest distance of two shapes between the samples k and k + 1, exact if it is below `bar` [m]:
-    bisection in time with a lower bound along the direction of the nearest points."""
+    """Return the smallest distance of two shapes between consecutive samples, exact if it is below `bar` [m]."""
     if k + 1 >= len(a.t):
         return seen([(a, b, k)])[0]
     best: Minimum | None = None
@@ -279,8 +277,8 @@ def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: flo
 
 
 def seen(pairs: Sequence[tuple[Moving, Moving, int]], s: float = 0.0, stray: float = 0.0) -> list[Minimum]:
-    """Return the distances of pairs of shapes, each interpolated at the fraction `s` between a sample and the next and
-    reduced by the interpolation error `stray` [m]."""
+    """Return the distances [m] of pairs of shapes interpolated between two samples, reduced by the interpolation
+    error."""
     x, y = _posed([(a, k) for a, _, k in pairs], s), _posed([(b, k) for _, b, k in pairs], s)
     near = exactly(x, y)
     n = near.normal

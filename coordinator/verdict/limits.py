@@ -14,7 +14,7 @@ from heavylift.nodes.plan.shapes import Shapes
 from numpy.typing import NDArray
 
 from .history import History, RunHistory, blocks
-from .rigid_contacts import BOUNCE, FREE, RigidTouch, pressing
+from .rigid_contacts import BOUNCE, RigidTouch, pressing, velocity
 from .rotating import matrices
 
 Floats = NDArray[np.float64]
@@ -54,8 +54,9 @@ def signals_of_run(
 
 
 def impacts(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch] = ()) -> dict[str, tuple[float, float]]:
-    """Return, by name, the largest landing force [N] of a block on all its supports and on a single one, and on
-    obstacles, with the time [s]; `rigid`: contacts of blocks with rigid things.
+    """Return, by name, the largest landing forces [N] of blocks on supports and obstacles, with the time [s].
+
+    `rigid`: contacts of blocks with rigid things.
 
     A pad yields as a spring with a damper, whose force at the instant of contact gives the speed; the whole mass lands
     on the pads that touch then, less what ropes and other supports carry. An obstacle yields as a spring.
@@ -93,8 +94,8 @@ def impacts(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch] = ()) -> d
 
 
 def touches(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch] = ()) -> dict[str, tuple[float, float]]:
-    """Return, by name and each with its time [s], the largest landing speed of each block, except bounces, and the
-    largest winding speed of its hooks at lift-off [m/s]; `rigid`: contacts of blocks with rigid things."""
+    """Return, by name, the largest landing speed of each block and hoisting speed at its lift-off [m/s], with times
+    [s]."""
     found: dict[str, tuple[float, float]] = {}
     for block, part, i, touched, _ in _arrivals(plan, past):
         speeds = _sinking(plan, part, touched, i) if touched else _wound(plan, block, part, i)
@@ -113,8 +114,7 @@ def _note(found: dict[str, tuple[float, float]], key: str, values: Sequence[floa
 
 
 def unknown_forces(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch]) -> Iterator[Check]:
-    """Yield a row for each rigid thing that a block hit or pressed on, where what would decide the check is missing:
-    its stiffness or its capacity."""
+    """Yield a row for each contact of a block with an obstacle whose stiffness or capacity is missing for a check."""
     obstacles = {x.body for machine in plan.machines if machine.name == OBSTACLES for x in machine.shapes}
     rated, yields = {x.subject for x in plan.limits if x.quantity == "support load" and x.known}, stiffness_of(plan)
     hits = {(x.block, x.other): x.t for x in reversed(rigid) if x.speed is not None and x.other not in yields}
@@ -136,9 +136,10 @@ def stiffness_of(plan: Plan) -> dict[str, float]:
 
 
 def dropped(plan: Plan, past: RunHistory, turning: Sequence[tuple[str, float, float]]) -> Iterator[Check]:
-    """Yield a finding for each block that comes down on its supports on the ground during a turn, or while no hook,
-    winch or drive that holds it lowers it; `turning`: blocks with the intervals [s] in which they are ordered to
-    turn."""
+    """Yield a finding for each block that lands on the ground during a turn, or while no hook or drive lowers it.
+
+    `turning`: blocks with the intervals [s] in which they are ordered to turn.
+    """
     seen = set[str]()
     for block, part, i, touched, first in _arrivals(plan, past):
         if not touched or not first or block in seen or any(pad.on for pad, _ in touched):
@@ -196,15 +197,15 @@ def _sinking(plan: Plan, part: History, touched: Touched, i: int) -> list[float]
     """Return how fast [m/s] the points of a block that touch supports, given with their forces [N], sink at sample i
     towards the ground or deck there; where velocities are unknown, by the dampers of the supports."""
     body, k = touched[0][0].point.body, _before(part, i)
-    joint = next((f"{j.name}." for m in plan.machines for j in m.system.joints if j.child == body), "")
-    names = [f"{joint}{column}" for column in FREE]
-    decks = {pad.on for pad, _ in touched if pad.on}
-    if not {*names} <= {*part.speeds} or (decks and (k == i or not decks <= {*part.poses})):
-        return [force / pad.d for pad, force in touched if pad.d > 0.0]
+    joint = next((j.name for m in plan.machines for j in m.system.joints if j.child == body), "")
+    decks, found = {pad.on for pad, _ in touched if pad.on}, list[float]()
     p, R = part.poses[body][i, :3], matrices(part.poses[body][i : i + 1, 3:])[0]
-    (v, w), found = np.array([part.speeds[name][i] for name in names]).reshape(2, 3), list[float]()
     for pad, _ in touched:
-        sinks, at = -float(R[2] @ (v + np.cross(w, pad.point.p))), p + R @ np.array(pad.point.p)
+        at = p + R @ np.array(pad.point.p)
+        v = velocity(part, body, joint, at, i)
+        if v is None or (decks and (k == i or not decks <= {*part.poses})):
+            return [force / pad.d for pad, force in touched if pad.d > 0.0]
+        sinks = -float(v[2])
         if pad.on:
             (now, then), (S, before) = part.poses[pad.on][[i, k], :3], matrices(part.poses[pad.on][[i, k], 3:])
             sinks += float(((S - before) @ (S.T @ (at - now)) + now - then)[2] / (part.t[i] - part.t[k]))
@@ -235,8 +236,8 @@ def _before(part: History, i: int) -> int:
 
 
 def rehits(plan: Plan, past: RunHistory, lands: Sequence[tuple[float, float]]) -> Iterator[Check]:
-    """Yield a warning for each block that touches the deck of a vessel again after lift-off, with the number and the
-    largest relative speed of these impacts.
+    """Yield a warning for each block that touches the deck of a vessel again after lift-off, with number and speed of
+    the impacts.
 
     `lands`: intervals [s] in which the block is set down on purpose.
     """

@@ -52,16 +52,20 @@ class BodyTrack:
 
     @cached_property
     def turn_strays(self) -> tuple[Floats, Floats]:
-        """Upper bounds (n - 1,) of the error of rotations interpolated linearly between samples: error of the
-        quaternion, and displacement of a point per metre of its distance from the origin."""
+        """Upper bounds (n - 1,) of the error of linearly interpolated rotations between samples.
+
+        Error of the quaternion, and displacement of a point per metre of its distance from the origin.
+        """
         if len(self.turn) == 1:
             return (np.zeros(max(0, len(self.t) - 1)),) * 2
         return _turn_bend(self.t, self.turn)
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
-        """Upper bounds (n - 1,) of the body's deviation from straight motion between samples, computed from joint
-        speeds: displacement of its origin [m], and of a point per metre of its distance from the origin."""
+        """Upper bounds (n - 1,) of the body's deviation from straight motion between samples, from joint speeds.
+
+        Displacement of its origin [m], and of a point per metre of its distance from the origin.
+        """
         if self.twist is None:
             nothing = np.zeros(max(0, len(self.t) - 1))
             return nothing, nothing
@@ -87,8 +91,7 @@ def _place(p: Floats, R: Floats, x: Vector) -> Floats:
 
 @dataclass(frozen=True)
 class Moving:
-    """A shape over n samples: a solid given by its centre, or a strand given by its ends, all fixed to bodies; `there`
-    (n,): whether the shape exists and can be checked."""
+    """A solid or a rope strand in motion over n samples; `there` (n,): whether the shape exists and can be checked."""
 
     shape: Solid | Strand
     on: tuple[tuple[BodyTrack, Vector], ...]

@@ -20,8 +20,7 @@ PROMISING = 3  # stretches of two things that are looked at exactly on each leve
 
 
 class NearestSoFar:
-    """The smallest distance found so far for each group of shape pairs, and the bound below which an interval of a
-    group is still searched.
+    """The smallest distance found so far for each group of shape pairs, and the bounds for the further search.
 
     For groups without a bound of their own (`most` infinite), all distances below `limit` and the `smallest` ones are
     searched.

@@ -10,7 +10,6 @@ from itertools import product
 
 import numpy as np
 from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
-from heavylift.kernel.description.mechanics import JOINTS
 from heavylift.kernel.description.units import WORLD
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import GROUND
@@ -18,14 +17,13 @@ from numpy.typing import NDArray
 
 from .distance import Placed, exactly, separation
 from .history import History, RunHistory, blocks
-from .rotating import matrices
+from .rotating import FREE, matrices
 
 Floats = NDArray[np.float64]
 Reported = Sequence[tuple[float, str, str]]  # time [s], contact, what happened
-FREE = JOINTS["free"].velocities  # of a block, along and about the axes of its own frame [m/s, rad/s]
 LEFT = "open"  # of what the kernel reports of a contact
 BOUNCE = 0.01  # [m] a point that comes down from less has landed before
-TOUCH = 1e-6  # [m] at an impact; the kernel closes a gap to 1e-8
+GAP_AT_TOUCH = 1e-6  # [m] at an impact; the kernel closes a gap to 1e-8
 SHORT = 1e-6  # [s] in which a place, exact to 1e-14 m, shows no speed; nothing accelerates in it
 BELOW = 0.7  # of the upward part of a normal: what is no steeper than 45 degrees bears
 CORNERS = np.array([*product((-1.0, 1.0), repeat=3)])
@@ -33,16 +31,15 @@ CORNERS = np.array([*product((-1.0, 1.0), repeat=3)])
 
 @dataclass(frozen=True)
 class RigidTouch:
-    """A block touched another thing at a time [s], or left it, at a sample of a part of the history: closing speed
-    [m/s], None as it left; cosine between upwards and the direction from the thing to the block."""
+    """The instant [s] at which a block touched a rigid thing or left it."""
 
     block: str
     other: str
     t: float
-    speed: float | None
-    up: float
+    speed: float | None  # closing speed [m/s]; None as it left
+    up: float  # cosine between upwards and the direction from the thing to the block
     part: History
-    i: int
+    i: int  # sample of the part
 
     @property
     def below(self) -> bool:
@@ -51,8 +48,8 @@ class RigidTouch:
 
 
 def touches_of(plan: Plan, past: RunHistory, reported: Reported) -> Iterator[RigidTouch]:
-    """Yield where blocks touched rigid things, except bounces, and left them; what lands on a block is not counted as a
-    landing of that block. `reported`: what the kernel reported of contacts."""
+    """Yield each instant at which a block touched a rigid thing or left it, except bounces and loads that land on the
+    block."""
     cargo = {cargo.body for machine in plan.machines for cargo in machine.cargo}
     known = {c.name: c for machine in plan.machines for c in machine.system.contacts}
     joints = {j.child: j.name for machine in plan.machines for j in machine.system.joints}
@@ -76,7 +73,7 @@ def touches_of(plan: Plan, past: RunHistory, reported: Reported) -> Iterator[Rig
 
 
 def pressing(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """Return the largest force [N] between blocks and each rigid thing that they press on, with the time [s]."""
+    """Return the largest force [N] with which blocks press on each rigid thing, with the time [s]."""
     cargo = {cargo.body for machine in plan.machines for cargo in machine.cargo}
     names: dict[str, list[str]] = {}
     for c in (c for machine in plan.machines for c in machine.system.contacts):
@@ -102,7 +99,7 @@ def _touching(c: Contact, part: History, i: int) -> tuple[Floats, Floats]:
         n = -R @ np.array(c.b.normal) / np.linalg.norm(c.b.normal)
         own = _corners(a) + float(a.radius) * n
         reach = own @ n
-        return own[reach >= reach.max() - TOUCH], n
+        return own[reach >= reach.max() - GAP_AT_TOUCH], n
     b = _placed(c.b, part, i)
     near = exactly(a, b)
     rounded = float(a.radius) + float(b.radius) > 0.0
@@ -130,7 +127,7 @@ def _corners(x: Placed) -> Floats:
 
 
 def _inside(points: Floats, box: Placed) -> NDArray[np.bool_]:
-    return np.asarray((np.abs((points - box.centre[0]) @ box.R[0]) <= box.half[0] + TOUCH).all(axis=1))
+    return np.asarray((np.abs((points - box.centre[0]) @ box.R[0]) <= box.half[0] + GAP_AT_TOUCH).all(axis=1))
 
 
 def _height(part: History, begin: int, i: int, x: Floats, a: str, b: str, n: Floats) -> float:
@@ -152,13 +149,20 @@ def _path(part: History, samples: slice, x: Floats, body: str) -> Floats:
 
 def _before(part: History, i: int, x: Floats, body: str, joints: Mapping[str, str]) -> Floats:
     """Return the velocity (3,) [m/s] of the point of a body that is at x at sample i, just before it."""
-    names, seconds = [f"{joints.get(body)}.{column}" for column in FREE], float(part.t[i] - part.t[i - 1])
-    at = _path(part, slice(i - 1, i + 1), x, body)
-    mean, then = np.zeros(3) if seconds < SHORT else (at[-1] - at[0]) / seconds, None
-    if {*names} <= {*part.speeds}:
-        p, R = _pose(part, body, i - 1)
-        v, w = np.array([part.speeds[name][i - 1] for name in names]).reshape(2, 3)
-        then = R @ (v + np.cross(w, R.T @ (at[0] - p)))
+    at, seconds = _path(part, slice(i - 1, i + 1), x, body), float(part.t[i] - part.t[i - 1])
+    mean = np.zeros(3) if seconds < SHORT else (at[-1] - at[0]) / seconds
+    then = velocity(part, body, joints.get(body, ""), at[0], i - 1)
     if then is None:
         return mean
-    return np.asarray(then if seconds < SHORT else 2.0 * mean - then)
+    return then if seconds < SHORT else np.asarray(2.0 * mean - then)
+
+
+def velocity(part: History, body: str, joint: str, at: Floats, i: int) -> Floats | None:
+    """Return the velocity (3,) [m/s] at sample i of the point of a body that is at a place (3,) then, from the speeds
+    of its free joint; None if these are not recorded."""
+    names = [f"{joint}.{column}" for group in FREE for column in group]
+    if not {*names} <= {*part.speeds} or body not in part.poses:
+        return None
+    p, R = _pose(part, body, i)
+    v, w = np.array([part.speeds[name][i] for name in names]).reshape(2, 3)
+    return np.asarray(R @ (v + np.cross(w, R.T @ (at - p))))

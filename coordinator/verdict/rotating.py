@@ -137,8 +137,10 @@ def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Map
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
-    """Return upper bounds (n - 1,) of a body's deviation from straight motion between samples: displacement of its
-    origin [m], and of a point per metre of its distance from the origin."""
+    """Return upper bounds (n - 1,) of a body's deviation from straight motion between samples, from its velocities.
+
+    Displacement of its origin [m], and of a point per metre of its distance from the origin.
+    """
     v, w = twist
     h = np.maximum(np.diff(t), 1e-9)[:, None]
     return _strays(h, v, np.diff(pose[:, :3], axis=0) / h), _strays(h, w, _turns(pose[:, 3:]) / h)

@@ -20,8 +20,10 @@ def _rows(columns: Floats, i: Indices) -> Floats:
 
 
 class ShapeBatch:
-    """Many moving shapes with n samples each in common arrays; in all methods the indices `which` of shapes and `k` of
-    samples are broadcast."""
+    """Many moving shapes with n samples each in common arrays.
+
+    In all methods the indices `which` of shapes and `k` of samples are broadcast.
+    """
 
     def __init__(self, shapes: list[Moving], used: Indices) -> None:
         """`used`: indices of the shapes in use."""
@@ -97,8 +99,11 @@ class ShapeBatch:
         return found
 
     def turning(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """Return an upper bound (m,) [m] of the deviation of points of one shape, relative to another, from straight
-        motion between the samples k and r, caused by rotation: h^2 / 8 times the accelerations w^2 y and 2 w v."""
+        """Return an upper bound (m,) [m] of the deviation from straight relative motion due to rotation between two
+        samples.
+
+        It is h^2 / 8 times the accelerations w^2 y and 2 w v.
+        """
         y = lengths(self.centre(b, k) - self.centre(a, k)) + self._reach[self._of[a]] + self._reach[self._of[b]]
         v, w = self.moved(a, b, k, r), self._angles(a, k, r) + self._angles(b, k, r)
         found: Floats = w * w * y / 8.0 + w * v / 4.0

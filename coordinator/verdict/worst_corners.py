@@ -18,8 +18,8 @@ ROOM = Path(__file__).parents[2]  # of the product
 
 
 def with_worst_clearances(scene: LoadedScene) -> LoadedScene:
-    """Return the scene with an additional limit for each clearance that is smaller at extreme values of the uncertain
-    inputs than at their nominal values."""
+    """Return the scene with a clearance limit added for each pair of parts that come closer at extreme values of
+    uncertain inputs."""
     limits = [x for x in scene.plan.limits if x.quantity == "clearance"]
     if not scene.facts.uncertain or not limits or any(x.inputs for x in limits) or not scene.lifts:
         return scene

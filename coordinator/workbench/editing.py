@@ -31,8 +31,7 @@ def version_of(text: str) -> str:
 
 
 def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
-    """Return the text of a scene with a value (YAML in one line) set at a path, or with that path removed; raises
-    SceneError if that is impossible."""
+    """Return the text of a scene with a value set at a path, or with that path removed; raises SceneError."""
     keys = tuple(path)
     if not keys:
         raise SceneError("an edit must name the key to change")

@@ -51,8 +51,7 @@ class PageMessage(NamedTuple):
 
 
 class OpenScene:
-    """The folder that the workbench shows, with the scene that is open; a context manager whose methods may be called
-    from any thread."""
+    """The folder that the workbench shows and the scene that is open in it; methods may be called from any thread."""
 
     def __init__(self, folder: Path, scene: Path | None) -> None:
         self.folder, self.scene = folder.resolve(), scene
@@ -155,8 +154,8 @@ class OpenScene:
             yield from sorted(x for x in folder.iterdir() if x.suffix in SCENES and x.is_file() and _is_scene(x))
 
     def save(self, text: str, version: str) -> dict[str, Any]:
-        """Write the scene if it still has this version; return its text, its new version, and the serial number of the
-        message that sends both to pages.
+        """Write the scene if it still has this version; return its text and version, and the number of the message to
+        pages.
 
         Pages ignore older messages that arrive later.
         """

@@ -105,7 +105,8 @@ class Picture:
         return found
 
     def drawings(self, k: int) -> list[dict[str, str]]:
-        """Return plan view and two elevations of state k, each with its title; empty if nothing hangs on hooks."""
+        """Return plan view and two elevations of the lift in state k, each with its title; empty if nothing hangs on
+        hooks."""
         state = self.states[k]
         if not any(machine.hooks for machine in self.plan.machines):
             return []

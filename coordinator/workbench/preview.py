@@ -41,8 +41,7 @@ class Step(NamedTuple):
 
 
 def previewed(path: Path, text: str) -> Iterator[Step]:
-    """Yield the steps of the preview of a scene's text: parsed, drawn, path at rest, checks; faults become messages and
-    are not raised."""
+    """Yield the steps of a scene's preview: parsed, drawn, equilibrium path, checks; faults become messages."""
     try:
         first = build(path, path.name, text, (), followed=False)
         grips = handles(text, first.plan)

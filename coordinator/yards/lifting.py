@@ -58,8 +58,7 @@ def found(orders: Sequence[LiftOrder]) -> list[Lift]:
 
 
 def compared(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[LiftOrder, Lift]:
-    """Return lifts computed at rest with the error of their durations, from simulations of the shortest, the middle and
-    the longest lift."""
+    """Return statically computed lifts with the error of their durations, estimated by simulating three of them."""
     able = sorted((x for x in orders if lifts[x].stages), key=lambda x: (lifts[x].seconds, x.settings))
     spots = [*dict.fromkeys(able[n] for n in (0, len(able) // 2, -1))] if able else []
     errors = [_apart(run.seconds, lifts[x].seconds) for x, run in zip(spots, called(ran, spots), strict=True)]
@@ -67,8 +66,8 @@ def compared(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[
 
 
 def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[LiftOrder, Lift]:
-    """Return lifts with stage durations and wind limits interpolated in a table of simulated runs, with the errors of
-    the interpolation; their verdicts are those at rest."""
+    """Return lifts with stage durations and wind limits interpolated in a table of simulated runs, and with verdicts
+    from statics."""
     if not orders:
         return {}
     one = orders[0]
@@ -106,8 +105,8 @@ def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[Li
 
 
 def stated(differences: Sequence[float]) -> float:
-    """Return the relative error of lift durations from their relative differences to some simulated runs: twice the
-    largest difference, plus the error of these runs."""
+    """Return the relative error of lift durations: twice their largest difference to simulated runs, plus the error of
+    these runs."""
     return 2.0 * max(differences, default=0.0) + ACCURATE
 
 
@@ -129,8 +128,8 @@ def _at(order: LiftOrder, node: Sequence[str]) -> LiftOrder:
 
 
 def ran(order: LiftOrder, wind: float = -1.0) -> Lift:
-    """Simulate a lift in a wind [m/s] (-1: the wind of its scene) and return it with its verdict; if `order` requests
-    it, with the wind up to which the verdict is green."""
+    """Simulate a lift in a wind [m/s] (-1: the wind of its scene) and return it with its duration, verdict and wind
+    limit."""
     at = at_rest(order)
     settings = (*order.settings, *([f"wind.speed={wind!r} m/s"] if wind >= 0 else []))
     try:
@@ -155,8 +154,7 @@ def _simulated(order: LiftOrder, wind: float) -> Lift:
 
 
 def in_place(order: LiftOrder, wind: float) -> Lift:
-    """Simulate a lift that begins now in this wind [m/s], which is ignored if its scene has no wind; a lift that fails
-    gets its duration at rest."""
+    """Simulate a lift that begins now in this wind [m/s]; a lift that fails gets its static duration."""
     found = _simulated(replace(order, windy=0.0), wind if windy(order.scene) else -1.0)
     return found if found.stages else replace(at_rest(order), state="red", why=found.why)
 

@@ -46,8 +46,8 @@ class Replicated:
         return state_of(self.yard, self.values)
 
     def cells(self) -> list[Cell]:
-        """Return the cells of a table row for these replications: delivery at P10, P50 and P90, the lowest probability
-        of a contract date, the cause with the longest wait."""
+        """Return the cells of a table row for these replications: quantiles of delivery, contract dates, main cause of
+        waiting."""
         dates = [at_end(self.yard, quantile(delivery(self.values), part)) for part in PARTS]
         kept = min((100 * x for x in chances(self.yard, self.values).values()), default=None)
         most = max(waits(self.yard, self.values), key=lambda x: x[1], default=("", 0.0))
@@ -134,8 +134,8 @@ class YardStudy:
         return Sheet(f"Schedule of {self.file}", stated("green", lead), "green", (table,))
 
     def sensitivities(self) -> Sheet:
-        """Measure the gain from one more unit of each resource, and the delay caused by the scatter of each step and by
-        the weather."""
+        """Measure the days gained by one more unit of each resource, and lost by the scatter of each step and the
+        weather."""
         base = self.of()
         yard, rows = base.yard, list[tuple[Cell, ...]]()
         mean = {one.step: one.takes.mean for one in yard.activities}
@@ -155,8 +155,7 @@ class YardStudy:
         return Sheet(f"Sensitivities of {self.file}", stated(base.state, f"most: {rows[0][0]}"), base.state, (table,))
 
     def limit(self, of: str) -> Sheet:
-        """Find how far a number may go from the first end of a range, such as `PATH=72..40`, before contract dates are
-        no longer met with the required probability."""
+        """Find how far a number may go in a range such as `PATH=72..40` before contract dates are missed too often."""
         path, _, text = (part.strip() for part in of.partition("="))
         found = range_of(text)
         if found is None:

@@ -20,6 +20,7 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
+from heavylift.kernel.description.findings import RESTLESS
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.joint_laws import BrakeAt, SupportAt
 from heavylift.kernel.model.switching import StateChange
@@ -115,7 +116,6 @@ def _length(way: np.ndarray) -> float:
     return sqrt(float(way[0] * way[0] + way[1] * way[1]))
 
 
-RESTLESS = "finds no rest"
 STILL = 1e-9  # [m/s2, rad/s2] acceleration that counts as none
 ROUNDING = 1e-6  # [m/s2, rad/s2] below which an acceleration that no longer falls is rounding of stiff laws
 NEAR = 1e-10  # [m, rad] a Newton step behind which there is only the rounding of stiff laws on light bodies

@@ -244,6 +244,8 @@ def _elementwise(f: Callable[..., Any], whole: Callable[..., Any]) -> Callable[.
             return f(*args)
         import numpy as np
 
+        if all(type(x) in _PLAIN or (_is_array(x) and x.dtype != object) for x in args):
+            return whole(np, *args)
         spread = np.broadcast_arrays(*args)
         if all(x.dtype != object for x in spread):
             return whole(np, *spread)

@@ -11,6 +11,8 @@ import msgspec
 State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a check, worst first
 STATES: tuple[State, ...] = ("red", "undecided", "amber", "green", "none")
 NOT_CHECKED, ASSUMED, UNKNOWN = "not checked", "assumed", "error unknown"  # kinds of amber
+IN_A_RUN = "in a run"  # a row without colour: nothing is known of it at rest
+RESTLESS = "finds no rest"  # a body, in the error of an equilibrium that is not found
 WARNED, NOTED = "warning", "note"  # what was found besides limits
 NOT_MODELLED = "not modelled"  # kind of the rows of what no check includes
 LOADS = ("N", "kg", "N m", "Pa")  # units of values that grow with what is lifted

@@ -107,6 +107,6 @@ def _check(j: Joint, acted: Mapping[str, str], carrier: Mapping[str, Joint]) -> 
         )
     if j.name in acted:
         raise KernelError(
-            f"joint '{j.name}' closes a loop and has no coordinate, which '{acted[j.name]}' needs; "
-            "every other joint of this loop has laws or signals, too: remove those of one joint"
+            f"joint '{j.name}': '{acted[j.name]}' needs a coordinate, but this joint closes a loop and has none; "
+            "remove all laws from one joint of the loop, so that that joint closes the loop"
         )

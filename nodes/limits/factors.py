@@ -26,7 +26,7 @@ BASES: dict[Quantity, Quantity] = {
     "shackle design load": "shackle load",
     "lug design load": "lug load",
 }
-NAMES = ("rigging", "weight", "cog", "dynamic", "tilt", "heights", "yaw", "skew", "consequence", "wind")  # in order
+NAMES = ("inputs", "weight", "cog", "dynamic", "tilt", "heights", "yaw", "skew", "consequence", "wind")  # in order
 BELOW = ("yaw", "skew")  # that act below hooks alone
 AIR = 1.25  # [kg/m3]
 TILT, RISE, APART = 0.05233595624294383, 1.0, 0.08715574274765817  # sin 3 deg, [m], sin 5 deg
@@ -73,14 +73,15 @@ def design_limits(
     uses: Sequence[Use],
     states: Sequence[StaticState],
     lateral: Mapping[Key, float],
+    uncertain: Mapping[Key, tuple[float, str]],
 ) -> Iterator[RatedLimit]:
-    """Yield the design limit of each part, and a limit without a value for each missing factor. `uses`, `states`:
-    utilisations and states of the equilibrium path; `lateral`: ratio by which a utilisation increases at the worst
-    corner of the centre-of-mass box."""
+    """Yield the design limits of all parts, and a row without a value for each missing factor. `uses` and `states`
+    belong to the equilibrium path; `lateral` is the increase of utilisation when the centre of mass is at a corner of
+    its uncertainty box, `uncertain` that at the worst corner of the uncertain inputs, which it names."""
     clauses, missing = PRACTICES.get(practice, {}), dict[str, str]()
     strengths = {x.subject: x for x in plan.limits if x.quantity == "sling peak"}
     for quantity, base in BASES.items():
-        for use in (use for use in uses if use.limit.quantity == base and use.value):
+        for use in (use for use in _rated(uses, base) if use.value):
             limit = use.limit
             lift = _lift(plan, limit)
             if lift is None or use.value is None:
@@ -94,9 +95,17 @@ def design_limits(
                     missing[name] = source
                 elif quantity != "hook design load" or name != "dynamic" or given.dynamics == "not included":
                     found.append(Factor(name=name, value=value, source=source))
-            if quantity == "hook design load" and (hung := _rigging(plan, limit.elements[0])):
-                message = f"{hung / 1e3:.4g} t of slings and shackles, which have no mass in the model"
-                found.insert(0, Factor(name="rigging", value=1.0 + hung / use.value, source=message))
+            if (worst := uncertain.get((limit.subject, limit.quantity))) is not None:
+                found.insert(0, Factor(name="inputs", value=worst[0], source=f"corners of {worst[1]}"))
+            if (
+                quantity == "hook design load"
+                and limit.over == "radius"
+                and not limit.rigging
+                and given.rigging is None
+            ):
+                missing["rigging"] = (
+                    "mass of slings and shackles: write 'factors: {rigging: 1 t}', or 'mass' of the gear"
+                )
             if quantity == "hook design load" and not given.dynamics and "dynamic" not in missing:
                 missing["dynamics"] = "whether capacities of hooks include dynamics: write 'dynamics: included'"
             alone = quantity == "hook design load" and given.dynamics != "not included"
@@ -117,19 +126,11 @@ def design_limits(
         yield RatedLimit(subject=name, quantity="factor", unit="", note=source)
 
 
-def _rigging(plan: Plan, rope: str) -> float:
-    """Return the mass [kg] of the slings on a hook and of their shackles (two for each sling), as far as the gear list
-    gives it."""
-    hook = next((hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope), None)
-    ties = [*ties_on(plan.machines, hook)] if hook else []
-    total = 0.0
-    for item in plan.gear:
-        for at in item.at:
-            owner, _, what = at.rpartition(".")
-            many = {"sling": 1, "shackle": 2}.get(what, 0)
-            held = sum(owner == (f"rigging.{tie.rigging}" if tie.rigging else "rig") for tie in ties)
-            total += many * held * item.mass
-    return total
+def _rated(uses: Sequence[Use], base: Quantity) -> Iterator[Use]:
+    """Yield the utilisations of the limits on which design loads of a kind are based: for hooks that share a load, of
+    their reduced capacity."""
+    shared = {x.limit.subject: x for x in uses if x.limit.quantity == "tandem load" and base == "hook load"}
+    yield from (shared.get(x.limit.subject, x) for x in uses if x.limit.quantity == base)
 
 
 def _lift(plan: Plan, limit: RatedLimit) -> LiftConditions | None:

@@ -258,13 +258,15 @@ def _counted(
     plan: Plan, limit: RatedLimit, signals: SignalColumns, values: Column, exact: tuple[float, float] | None
 ) -> Reading | None:
     """Return the values that a limit counts: charts apply only while the hook is loaded (with the mass of the hook
-    block for charts by radius), off-lead angles only while the rope is loaded, regardless of their sign."""
+    block for charts by radius, and of slings and shackles that the model leaves out), off-lead angles only while the
+    rope is loaded, regardless of their sign."""
     if limit.quantity in LOADS:
+        hung = limit.rigging
         if limit.over != "radius":
-            return Reading(np.maximum(values, 0.0), exact)
+            return Reading(np.maximum(values, 0.0) + hung, (exact[0] + hung, exact[1]) if exact else None)
         dead = sum(hook.block_mass for name, hook in hooks_of(plan.machines).items() if name in limit.elements)
-        kept = (exact[0] + dead, exact[1]) if exact and exact[0] > EMPTY * dead else None
-        return Reading(np.where(values > EMPTY * dead, values + dead, np.nan), kept)
+        kept = (exact[0] + dead + hung, exact[1]) if exact and exact[0] > EMPTY * dead else None
+        return Reading(np.where(values > EMPTY * dead, values + dead + hung, np.nan), kept)
     if limit.quantity == "impact":  # a block that stands has landed long ago, and softly if it only weighs on its pads
         weighs = values <= min(RESTS / limit.factor, 1.0) * (limit.value or 0.0)
         return Reading(np.where(weighs, np.nan, values), exact) if signals.dynamic else None

@@ -16,6 +16,7 @@ class Factors(Item, frozen=True, kw_only=True):
     its clause is known."""
 
     place: Place | None = None  # where it is; left out: onshore, unless something floats
+    rigging: Annotated[float, Unit("mass", "zero")] | None = None  # slings and shackles on each hook; else of the gear
     weight: AtLeastOne | None = None  # contingency of the weight
     cog: tuple[Gap, Gap, Gap] | None = None  # half edges of the box that the centre of mass is in, along u, v, w
     cog_factor: AtLeastOne | None = None  # instead of that box

@@ -110,6 +110,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     elements: tuple[str, ...] = ()
     signal: ScalarSignal | None = None  # that is checked, of the quantity "signal"
     source: str = ""
+    rigging: float = 0.0  # mass of slings and shackles on the hooks that the model leaves out [kg]
     note: str = ""  # what a planner must know to read the row: assumptions, what a value was reduced for
     factors: tuple[Factor, ...] = ()  # by which what is read becomes a design load
     rest: RestLoad | None = None  # of a design load

@@ -102,10 +102,18 @@ class Plan(Item, frozen=True, kw_only=True):
 
 
 _DECODER = msgspec.json.Decoder(Plan)  # made where this is imported, before processes of nodes are forked
+_encoded: list[tuple[Plan, bytes]] = []  # the last ones
+MOST = 8
 
 
 def encode(plan: Plan) -> bytes:
     """Encode the plan as canonical JSON: equal plans have equal bytes."""
+    found = next((text for known, text in _encoded if known is plan), b"") or _canonical(plan)
+    _encoded[:] = [(plan, found), *(x for x in _encoded if x[0] is not plan)][:MOST]
+    return found
+
+
+def _canonical(plan: Plan) -> bytes:
     once = _DECODER.decode(msgspec.json.encode(plan))  # encoders tell defaults from equal values by identity
     return msgspec.json.encode(once)
 

@@ -50,7 +50,7 @@ from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.static_path import first_rest
 from heavylift.nodes.statics.swinging import swing_free
 
-from .corners import Centres, cornered, designed, ends_of, with_centres
+from .corners import BEARING, Centres, ends_of, rated, with_centres
 from .instances import several
 from .loaded_scene import LoadedScene, SceneFacts
 from .model_files import imported
@@ -132,22 +132,26 @@ def _built(
     if not nominal:
         return loaded
 
+    known_corners = dict[str, LoadedScene]()
+
     def other(values: Mapping[InData, Data]) -> LoadedScene:
         """Build the scene with other values of some inputs; the limits of the nominal scene are not checked first."""
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
             own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
-        return _built(own, path, text, corner=True)
+        name = repr([*values.items()])
+        if name not in known_corners:
+            known_corners[name] = _built(own, path, text, corner=True)
+        return known_corners[name]
 
     def shifted(centres: Centres) -> LoadedScene:
         """Build the scene with other centres of mass of its blocks, and with only the limits from which design loads
         are computed."""
         moved = _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
-        limits = tuple(x for x in moved.plan.limits if x.quantity in BASES.values())
+        limits = tuple(x for x in moved.plan.limits if x.quantity in (*BASES.values(), *BEARING))
         return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))
 
-    ends = ends_of(scene, stated)
-    limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, shifted)]
+    limits = rated(loaded, _bases(loaded), scene, ends_of(scene, stated), other, shifted)
     return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
 
 
@@ -210,6 +214,12 @@ def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
     if "statics" in vars(loaded):
         vars(other).update(statics=loaded.statics)
     return other
+
+
+def _bases(loaded: LoadedScene) -> LoadedScene:
+    """Return the scene with only those limits that enter design loads."""
+    limits = tuple(x for x in loaded.plan.limits if x.quantity in (*BASES.values(), "tandem load"))
+    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=limits))
 
 
 def _side_by_side(

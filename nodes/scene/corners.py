@@ -2,12 +2,13 @@
 
 They are computed on the equilibrium path, first for each input alone, then at each corner that is the worst for some
 limit. Loads are monotonic in each input, whatever the other inputs are, so the worst corner for a limit combines the
-worse ends of all inputs.
+worse ends of all inputs. The factor sheet's contingencies of weight and centre of mass also count in the limits of what
+bears the load but has no design load of its own: cranes, frames, assemblies of slings, ropes, ground.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from itertools import product
 from math import isfinite, sqrt
 
@@ -15,7 +16,9 @@ import msgspec
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.limits.factors import design_limits
-from heavylift.nodes.plan.limit import RatedLimit
+from heavylift.nodes.limits.judging import uses_on_path
+from heavylift.nodes.plan.factors import Factors
+from heavylift.nodes.plan.limit import STANDING, Quantity, RatedLimit, Use
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.quantities import quantity_at
 from heavylift.nodes.scene.text.source import Data, Path, shown
@@ -26,6 +29,11 @@ from .loaded_scene import LoadedScene
 
 NOISE = 1e-6  # of a use: less is rounding
 AT_REST = {"sling peak": ("sling tension",), "rope peak": ("rope factor", "rope tension", "hook load")}  # alike there
+BEARING: tuple[Quantity, ...] = (  # the lifted load, without a design load
+    "trolley load", "crane load", "tandem load", "frame load", "loader load", "assembly load", "support load",
+    "sling tension", "rope tension", "rope factor", "rope peak", "drum pull", "drive moment", "brake moment",
+    "interlock", *STANDING,
+)  # fmt: skip
 Key = tuple[str, str]  # subject and quantity of a limit
 Values = Mapping[Path, Data]
 Centres = Mapping[Path, Vector]  # of mass, of blocks [m]
@@ -62,15 +70,6 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
     return found
 
 
-def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[RatedLimit]:
-    """Return the limits of a scene, each with the increase of utilisation at the worst corner of the uncertain inputs.
-    If a corner cannot be evaluated, a limit without a value is added."""
-    corners = Corners(nominal)
-    corners.search(ends, build)
-    limits = [_spread(limit, corners) for limit in nominal.plan.limits]
-    return [*limits, *_lost(nominal, corners)]
-
-
 def with_centres(scene: schema.Scene, centres: Centres) -> schema.Scene:
     """Return a scene with other centres of mass of its blocks."""
     moved = {path: block.model_copy(update={"com": centres[path]}) for path, block in _blocks(scene).items()}
@@ -89,21 +88,87 @@ def _blocks(scene: schema.Scene) -> dict[Path, schema.Block]:
     return blocks | ({("block",): scene.block} if scene.block else {})
 
 
-def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres], LoadedScene]) -> list[RatedLimit]:
-    """Return the limits of the design loads, at the worst corner of the centre-of-mass box of each block; empty if the
-    scene gives neither a practice nor factors. `build` makes the scene with other centres of mass."""
-    if scene.practice is None and not scene.factors.model_fields_set:
-        return []
+def rated(
+    nominal: LoadedScene,
+    bases: LoadedScene,
+    scene: schema.Scene,
+    ends: Sequence[Ends],
+    build: Build,
+    shift: Callable[[Centres], LoadedScene],
+) -> list[RatedLimit]:
+    """Return the limits of a scene and of its design loads, each with the increase of utilisation at the worst corner
+    of its uncertain inputs, and by the contingencies of weight and centre of mass. A corner that cannot be evaluated
+    adds a limit without a value. `bases`: the scene with the limits from which design loads are made; `build` and
+    `shift` make it with other inputs and centres of mass."""
     given, corners = scene.all_factors, Corners(nominal)
-    box = given.cog or ()
-    for signs in product(*((-1, 1) if half else (0,) for half in box)) if box else ():
-        way = [sign * half for sign, half in zip(signs, box, strict=True)]
-        centres = {path: _shifted(block.com, way) for path, block in _blocks(scene).items()}
-        texts: dict[Path, Data] = {(*path, "com"): [f"{x!r} m" for x in place] for path, place in centres.items()}
-        corners.uses(texts, partial(build, centres))
-    used = {key: corners.most[key] / use for key, use in corners.usual.items() if use}
-    rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used)
-    return [*rows, *_lost(nominal, corners)]
+    corners.search(ends, build)
+    limits = [_spread(limit, corners) for limit in nominal.plan.limits]
+    moved, sizes = given.cog or (), partial(_borne, (given.weight or 1.0) * (given.cog_factor or 1.0))
+    centred, inputs, centres = Corners(bases), Corners(nominal, sizes), Corners(nominal, sizes)
+    for signs in product(*((-1, 1) if half else (0,) for half in moved)) if moved else ():
+        way = [sign * half for sign, half in zip(signs, moved, strict=True)]
+        to = {path: _shifted(block.com, way) for path, block in _blocks(scene).items()}
+        texts: dict[Path, Data] = {(*path, "com"): [f"{x!r} m" for x in place] for path, place in to.items()}
+        there = cache(partial(shift, to))
+        centred.uses(texts, there)
+        centres.uses(texts, there)
+    if inputs.usual != {key: corners.usual.get(key) for key in inputs.usual} or moved:
+        inputs.search(ends, build)
+        limits = [_contingent(limit, corners, inputs, centres, given) for limit in limits]
+    lost = [*_lost(nominal, corners), *_lost(nominal, centred)]
+    if scene.practice is None and not scene.factors.model_fields_set:
+        return [*limits, *lost]
+    used = {key: centred.most[key] / use for key, use in centred.usual.items() if use}
+    grown = {key: (corners.most[key] / corners.usual[key], ", ".join(x)) for key, x in corners.moved.items()
+             if corners.usual[key] and corners.most[key] > corners.usual[key]}  # fmt: skip
+    rows = design_limits(nominal.plan, given, scene.practice or "none", bases.uses, nominal.states, used, grown)
+    return [*limits, *rows, *lost]
+
+
+def _borne(factor: float, scene: LoadedScene) -> dict[Key, float]:
+    """Return the utilisation at rest of each limit of what bears the load, if what hangs on the hooks, with the slings
+    and shackles that the model leaves out, weighs `factor` times as much."""
+    plan, g = scene.plan, scene.plan.gravity
+    own = {hook.rope: hook.block_mass * g for machine in plan.machines for hook in machine.hooks}
+    hung = {x.subject: x.rigging * g for x in plan.limits if x.quantity == "hook load"}
+    states = [
+        replace(
+            state,
+            tensions={
+                k: T + (factor - 1.0) * max(0.0, T - own.get(k, 0.0)) + factor * hung.get(k, 0.0)
+                for k, T in state.tensions.items()
+            },
+            supports={k: factor * force for k, force in state.supports.items()},
+        )
+        for state in scene.states
+    ]
+    limits = (x for x in plan.limits if x.quantity in BEARING)
+    each = tuple(x if x.quantity == "frame load" else msgspec.structs.replace(x, rigging=0.0) for x in limits)
+    return _sizes_of(uses_on_path(msgspec.structs.replace(plan, limits=each), states)) if states else {}
+
+
+def _contingent(
+    limit: RatedLimit, corners: "Corners", inputs: "Corners", centres: "Corners", given: Factors
+) -> RatedLimit:
+    """Return a limit of what bears the load with the increase of utilisation by its contingencies and, together with
+    them, at the worst corners of `inputs` and `centres` of mass."""
+    key = _key(limit, corners.usual)
+    if key is None or not limit.known or key not in inputs.usual:
+        return limit
+    usual, heavy = corners.usual[key], inputs.usual[key]
+    most, aside = (max(x.most[key], heavy) for x in (inputs, centres))
+    worst = most * aside / heavy if limit.loads and heavy else most + aside - heavy
+    adds = not limit.loads or usual <= NOISE or worst > 2.0 * usual
+    named = (("weight", given.weight), ("cog factor", given.cog_factor), ("cog", given.cog))
+    texts = [f"{name} {_shortly(value)}" for name, value in named if value and value != 1.0]
+    factors = f"the factors {', '.join(texts)}" if texts else "" if inputs.moved.get(key) else "slings and shackles"
+    message = ", ".join(x for x in (*inputs.moved.get(key, ()), factors) if x)
+    spread = worst - usual if adds else worst / usual - 1.0
+    return msgspec.structs.replace(limit, spread=spread, adds=adds, inputs=message) if spread > NOISE else limit
+
+
+def _shortly(value: float | Sequence[float]) -> str:
+    return f"{value:g}" if isinstance(value, float) else "+-" + " x ".join(f"{x:g}" for x in value) + " m"
 
 
 def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
@@ -157,15 +222,24 @@ class Corners:
 
 
 def _uses(scene: LoadedScene) -> dict[Key, float]:
+    return _sizes_of(scene.uses)
+
+
+def _sizes_of(uses: Sequence[Use]) -> dict[Key, float]:
     """Return the utilisation of each limit or, if the limit is unknown, the value itself."""
-    each = ((use.limit, use.value if use.use is None else use.use) for use in scene.uses)
+    each = ((use.limit, use.value if use.use is None else use.use) for use in uses)
     return {(x.subject, x.quantity): use for x, use in each if use is not None and isfinite(use)}
+
+
+def _key(limit: RatedLimit, usual: Mapping[Key, float]) -> Key | None:
+    """Return the key of a limit's utilisation at rest; None if it has none."""
+    alike = [(limit.subject, quantity) for quantity in (limit.quantity, *AT_REST.get(limit.quantity, ()))]
+    return next((key for key in alike if key in usual), None)
 
 
 def _spread(limit: RatedLimit, corners: Corners) -> RatedLimit:
     """Return a limit with the increase of utilisation at the worst corner."""
-    alike = [(limit.subject, quantity) for quantity in (limit.quantity, *AT_REST.get(limit.quantity, ()))]
-    key = next((key for key in alike if key in corners.usual), None)
+    key = _key(limit, corners.usual)
     if key is None or key not in corners.moved or not limit.known:
         return limit
     usual, most = corners.usual[key], corners.most[key]

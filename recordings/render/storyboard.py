@@ -14,7 +14,7 @@ import io
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ import numpy as np
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.text import GENERATOR
-from heavylift.recordings.format.viewer_messages import corners, turned
+from heavylift.recordings.format.viewer_messages import DrawnBox, RopeLine, corners, turned
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.write.outputs import output_path
@@ -169,7 +169,7 @@ class _Drawing:
         wanted = np.unique(np.interp(_instants(seen, frames), seen[0].t, coarse[: len(seen[0].t)]).round().astype(int))
         self._poses = {name.removeprefix("pose/"): pose for name, pose in rec.picked(names, wanted).items()}
         self.times = [float(t) for t in next(iter(self._poses.values())).t]
-        self._boxes = [(box, corners(box)) for box in rec.boxes()]
+        self._faces = [(*_faces(box, self._poses, self.times), box.colour) for box in rec.boxes()]
         self._ropes, self._stages = _ropes(rec, self.times, self._poses), rec.stages()
         self._scene = rec.run.get("scene", "")
 
@@ -181,13 +181,7 @@ class _Drawing:
     def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
         """Return the view of an instant along the x axis: faces (4, 2) from far to near, colours, rope lines (n, 2,
         2)."""
-        faces = []
-        for box, world in self._boxes:
-            if box.body in self._poses:
-                pose = self._poses[box.body]
-                row = pose.values[min(int(np.searchsorted(pose.t, self.times[i])), len(pose.t) - 1)]
-                world = turned(row[3:], world) + row[:3]
-            faces += [(world[list(f), 0].mean(), world[list(f), 1:], box.colour) for f in FACES]
+        faces = [(*face, colour) for far, flat, colour in self._faces for face in zip(far[i], flat[i], strict=True)]
         faces.sort(key=lambda face: -face[0])
         return [f[1] for f in faces], [f[2] for f in faces], self._ropes[i][:, :, 1:]
 
@@ -206,7 +200,8 @@ class _Drawing:
         ax.autoscale_view()
         ax.margins(0.03)
         ax.set_axis_off()
-        return bodies, ropes, ax.set_title(self.title(i), fontsize=9, loc="left")
+        # a place of its own: Matplotlib looks for one in each picture otherwise
+        return bodies, ropes, ax.set_title(self.title(i), fontsize=9, loc="left", y=1.0)
 
 
 def _framed(faces: list[Floats], lines: Floats) -> Floats:
@@ -277,16 +272,31 @@ def _instants(poses: list[Signal], frames: int) -> list[float]:
 
 def _ropes(rec: Recording, times: list[float], poses: dict[str, Signal]) -> list[Floats]:
     """Return the ends (n, 2, 3) of the rope lines at each of the instants of `poses`."""
-    rigs, found = rec.rigs(), list[Floats]()
-    for i, t in enumerate(times):
-        lines = next((rig.lines for rig in reversed(rigs) if rig.t_ns * 1e-9 <= t), [])
-        ends = [_end(body, p, poses, i) for x in lines for body, p in ((x.a_body, x.a), (x.b_body, x.b))]
-        found.append(np.array(ends).reshape(-1, 2, 3))
+    rigs = rec.rigs()
+    none: list[RopeLine] = []
+    valid = [next((rig.lines for rig in reversed(rigs) if rig.t_ns * 1e-9 <= t), none) for t in times]
+    found = list[Floats]()
+    for _, group in groupby(range(len(times)), key=lambda i: id(valid[i])):
+        own = list(group)
+        lines = valid[own[0]]
+        ends = [_end(body, p, poses, own) for x in lines for body, p in ((x.a_body, x.a), (x.b_body, x.b))]
+        found.extend(np.array(ends).reshape(-1, 2, len(own), 3).transpose(2, 0, 1, 3))
     return found
 
 
-def _end(body: str, p: tuple[float, float, float], poses: dict[str, Signal], i: int) -> Floats:
-    """Return the world position (3,) of a point on a body at an instant."""
-    row = poses[body].values[i] if body in poses else np.array((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
-    out: Floats = turned(row[3:], np.array(p)) + row[:3]
+def _end(body: str, p: tuple[float, float, float], poses: dict[str, Signal], own: list[int]) -> Floats:
+    """Return the world positions (n, 3) of a point on a body at n instants."""
+    rows = poses[body].values[own] if body in poses else np.tile((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0), (len(own), 1))
+    out: Floats = turned(rows[:, 3:], np.array(p)) + rows[:, :3]
     return out
+
+
+def _faces(box: DrawnBox, poses: dict[str, Signal], times: list[float]) -> tuple[Floats, Floats]:
+    """Return how far the faces of a shape are at n instants (n, 6), and their corners as seen along x (n, 6, 4, 2)."""
+    world = np.broadcast_to(corners(box), (len(times), 8, 3))
+    if box.body in poses:
+        pose = poses[box.body]
+        rows = pose.values[np.minimum(np.searchsorted(pose.t, times), len(pose.t) - 1)][:, None]
+        world = turned(rows[..., 3:], world) + rows[..., :3]
+    faces = world[:, np.array(FACES)]
+    return faces[..., 0].mean(axis=-1), faces[..., 1:]

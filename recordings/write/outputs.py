@@ -63,8 +63,8 @@ def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -
                 f"{path}: the folder {path.parent} does not exist; create it or choose another folder with -o"
             )
         if endings and path.suffix.lower() not in endings:
-            these = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
-            raise OutputError(f"{path}: the file name of {what} must end in {these}")
+            allowed = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
+            raise OutputError(f"{path}: the file name of {what} must end in {allowed}; choose such a name")
         if path.suffix.lower() == ".mcap":
             for ending in (PART, COMMANDS):
                 _refuse(path.with_name(path.name + ending))

@@ -28,7 +28,9 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.mark.parametrize("repeat", range(10))
-def test_ten_repeated_runs_of_turnover_in_random_order_have_one_digest(truth: str, tmp_path: Path, repeat: int) -> None:
+def test_ten_repeated_runs_of_the_scene_turnover_in_random_order_have_one_digest(
+    truth: str, tmp_path: Path, repeat: int
+) -> None:
     order = Random(repeat).sample(NODES, len(NODES))
     run = runner.run(load("turnover"), tmp_path / "turnover.mcap", in_process=repeat % 2 == 1, order=order)
     assert run.digest == truth
@@ -36,7 +38,7 @@ def test_ten_repeated_runs_of_turnover_in_random_order_have_one_digest(truth: st
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]])
 @pytest.mark.parametrize("seed", ["0", "1", "4711"])
-def test_the_digest_of_turnover_does_not_depend_on_the_hash_seed_of_python(
+def test_the_digest_of_the_scene_turnover_does_not_depend_on_the_hash_seed_of_python(
     truth: str, tmp_path: Path, seed: str, where: list[str]
 ) -> None:
     environment = {**os.environ, "PYTHONHASHSEED": seed}
@@ -46,7 +48,7 @@ def test_the_digest_of_turnover_does_not_depend_on_the_hash_seed_of_python(
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_digest_of_turnover_does_not_depend_on_random_limits_of_time_grants(
+def test_cutting_time_grants_short_at_random_does_not_change_the_digest_of_the_scene_turnover(
     truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
     monkeypatch.setattr(conversation, "OpenCoordinator", CutShort)

@@ -81,5 +81,7 @@ def test_the_layout_command_writes_a_file_to_import(recorded: Recording, tmp_pat
     assert out.read_bytes() == recorded.attachments[LAYOUT]
     before = recorded.path.read_bytes()
     done = subprocess.run([heavylift, "layout", recorded.path, "-o", recorded.path], capture_output=True, text=True)
-    assert done.stderr == f"heavylift: {recorded.path}: the file name of a layout must end in .json\n"
+    assert (
+        done.stderr == f"heavylift: {recorded.path}: the file name of a layout must end in .json; choose such a name\n"
+    )
     assert recorded.path.read_bytes() == before

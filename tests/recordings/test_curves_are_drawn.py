@@ -72,7 +72,10 @@ def test_curves_of_two_recordings_are_drawn_in_one_chart(recorded: Path, tmp_pat
 
 
 def test_drawing_unknown_signals_or_to_an_unknown_format_is_reported(recorded: Path, tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"x\.pdf: the file name of a figure must end in \.png, \.svg or \.html"):
+    with pytest.raises(
+        RecordingError,
+        match=r"x\.pdf: the file name of a figure must end in \.png, \.svg or \.html; choose such a name",
+    ):
         curves(recorded, ["rope/*"], tmp_path / "x.pdf")
     with pytest.raises(RecordingError, match=r"no signal matches 'rope/tenison'; did you mean rope/tension\?"):
         curves(recorded, ["rope/tenison"], tmp_path / "x.png")

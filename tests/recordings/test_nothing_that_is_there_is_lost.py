@@ -147,7 +147,7 @@ def test_an_earlier_output_is_kept_and_the_new_one_gets_the_next_free_name(
 def test_a_recording_name_without_the_ending_mcap_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(OutputError) as error:
         recorded_at(tmp_path / name)
-    assert str(error.value) == f"{tmp_path / name}: the file name of a recording must end in .mcap"
+    assert str(error.value) == f"{tmp_path / name}: the file name of a recording must end in .mcap; choose such a name"
     assert not any(tmp_path.iterdir())
 
 
@@ -182,7 +182,7 @@ def test_the_partial_recording_of_a_killed_run_is_kept_even_if_a_new_run_uses_fo
 
 
 @pytest.mark.parametrize("size", [0, 60, 80])
-def test_force_replaces_a_partial_file_that_holds_no_run(size: int, begin: Begin, tmp_path: Path) -> None:
+def test_the_option_force_replaces_a_partial_file_that_holds_no_run(size: int, begin: Begin, tmp_path: Path) -> None:
     part = tmp_path / "run.mcap.part"
     with begin() as rec:
         left = part.read_bytes()

@@ -46,7 +46,9 @@ def test_an_exported_parquet_file_holds_the_same_numbers(recorded: Path, tmp_pat
 def test_exporting_unknown_signals_or_to_an_unknown_format_is_reported(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(RecordingError) as error:
         export(recorded, tmp_path / "run.xlsx")
-    assert str(error.value) == (f"{tmp_path / 'run.xlsx'}: the file name of a table must end in .csv or .parquet")
+    assert str(error.value) == (
+        f"{tmp_path / 'run.xlsx'}: the file name of a table must end in .csv or .parquet; choose such a name"
+    )
     with pytest.raises(RecordingError) as error:
         export(recorded, tmp_path / "run.csv", ["rope/colour"])
     assert str(error.value) == (

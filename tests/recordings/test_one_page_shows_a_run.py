@@ -111,7 +111,7 @@ def test_recordings_that_cannot_be_shown_on_a_page_are_reported(tmp_path: Path, 
     with Recorder(tmp_path / "queue.mcap", {"model": "queue:build"}) as rec, pytest.raises(RecordingError) as error:
         view(rec.close(), tmp_path / "run.html")
     assert str(error.value).endswith("no samples to show; a DEVS model has messages only: `heavylift plot` draws them")
-    with pytest.raises(RecordingError, match=r"the file name of a page must end in \.html$"):
+    with pytest.raises(RecordingError, match=r"the file name of a page must end in \.html; choose such a name$"):
         view(path, tmp_path / "run.pdf")
 
 

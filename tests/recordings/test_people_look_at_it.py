@@ -71,7 +71,7 @@ def test_recordings_that_cannot_be_plotted_are_reported(
             recorded,
             tmp_path / "run.pdf",
             None,
-            f"{tmp_path}/run.pdf: the file name of a figure must end in .png or .svg",
+            f"{tmp_path}/run.pdf: the file name of a figure must end in .png or .svg; choose such a name",
         ),
         (
             recorded,

@@ -101,7 +101,7 @@ def test_the_report_escapes_text_of_scenes_and_marks_utilisations_above_100_perc
     assert "It has no verdict." in text
     assert re.findall(r'<td class="n red">(.*?)</td>', text) == ["102.3"]
     assert text.count("data:image/png;base64,") == 2
-    with pytest.raises(RecordingError, match=r"must end in \.html, \.pdf, .* or \.dxf"):
+    with pytest.raises(RecordingError, match=r"must end in \.html, \.pdf, .* or \.dxf; choose such a name"):
         report(recorded, tmp_path / "report.doc")
 
 

@@ -52,23 +52,23 @@ def sent(reading: Reading) -> dict[str, Counter[str]]:
     return found
 
 
-def test_turnover_has_ten_models_and_the_kernel(reading: Reading, sent: dict[str, Counter[str]]) -> None:
+def test_the_scene_turnover_has_ten_models_and_the_kernel(reading: Reading, sent: dict[str, Counter[str]]) -> None:
     assert set(sent) == {*SENT, "kernel"}
     assert len(SENT) == 10
 
 
 @pytest.mark.parametrize("model", SENT)
-def test_each_model_of_turnover_sends_events(sent: dict[str, Counter[str]], model: str) -> None:
+def test_each_model_of_the_scene_turnover_sends_events(sent: dict[str, Counter[str]], model: str) -> None:
     assert set(sent[model]) >= SENT[model]
 
 
 @pytest.mark.parametrize("model", HEARD)
-def test_each_model_of_turnover_receives_events(reading: Reading, model: str) -> None:
+def test_each_model_of_the_scene_turnover_receives_events(reading: Reading, model: str) -> None:
     ports = {f"order_{model}", f"state_{model}", *({"report"} if model == "commander" else ())}
     assert {_kind(e) for e in reading.events if e["port"] in ports} >= HEARD[model]
 
 
-def test_every_order_in_turnover_is_answered_exactly_once(reading: Reading) -> None:
+def test_every_order_in_the_scene_turnover_is_answered_exactly_once(reading: Reading) -> None:
     """An order with an id of its own that moves, hooks or unhooks has one Done; an actor gets each but once."""
     for model in (*CRANES, "loader-3", "loader-6"):
         orders = reading.said("commander", f"order_{model}")

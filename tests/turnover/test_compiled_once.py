@@ -8,12 +8,12 @@ from heavylift.nodes.scene import load
 from the_run import Lift
 
 
-def test_turnover_and_its_statics_compile_code_once(lift: Lift) -> None:
+def test_the_scene_turnover_and_its_statics_compile_code_once(lift: Lift) -> None:
     assert sorted(path.suffix for path in lift.code.iterdir()) == [".o", ".o", ".path", ".scene"]
 
 
 @pytest.mark.parametrize("change", ["accuracy=0.001 %", "block.mass=899 t", "rig.slack=51 mm"])
-def test_changing_numbers_of_turnover_compiles_no_new_machine_code(
+def test_changing_numbers_of_the_scene_turnover_compiles_no_new_machine_code(
     lift: Lift, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str
 ) -> None:
     before = {path: path.stat().st_ino for path in lift.code.glob("*.o")}  # new code is another file

@@ -21,7 +21,7 @@ ONE_OF_EACH_KIND = ["commander", "west", "loader-1", "block", "kernel"]
 
 @pytest.mark.parametrize("node", ONE_OF_EACH_KIND)
 @pytest.mark.large(beyond=1)
-def test_a_failing_node_ends_turnover_with_an_error_that_names_the_node(tmp_path: Path, node: str) -> None:
+def test_a_killed_node_ends_the_run_with_an_error_that_names_the_node(tmp_path: Path, node: str) -> None:
     command = [sys.executable, Path(__file__).with_name("killer.py"), node, "run", "turnover"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)
     *_, sentence = done.stderr.strip().splitlines()
@@ -51,7 +51,9 @@ def test_without_the_loading_action_hoisting_begins_on_the_supports(tmp_path: Pa
 
 
 @pytest.mark.parametrize("stage", ["unhook B", "hook C", "re-rig, pass beneath"])
-def test_an_action_list_of_turnover_with_any_re_rigging_step_left_out_cannot_run(tmp_path: Path, stage: str) -> None:
+def test_an_action_list_of_the_scene_turnover_with_any_re_rigging_step_left_out_cannot_run(
+    tmp_path: Path, stage: str
+) -> None:
     with pytest.raises(HeavyliftError) as message:
         _run_without(stage, tmp_path, end="")
     assert "turnover.yaml:" in str(message.value)

@@ -37,19 +37,19 @@ def test_the_scene_turnover_has_one_digest_in_one_process_and_in_twelve(lift: Li
     assert alone.energy_error == lift.result.energy_error
 
 
-def test_a_recording_of_turnover_has_the_digest_of_the_run(lift: Lift, reading: Reading) -> None:
+def test_a_recording_of_the_scene_turnover_has_the_digest_of_the_run(lift: Lift, reading: Reading) -> None:
     assert reading.metadata["result"]["digest"] == lift.result.digest
 
 
 @pytest.mark.large
-def test_ten_repeated_runs_of_turnover_have_one_digest(truth: str, tmp_path: Path) -> None:
+def test_ten_repeated_runs_of_the_scene_turnover_have_one_digest(truth: str, tmp_path: Path) -> None:
     digests = [runner.run(load("lift"), tmp_path / f"{i}.mcap", in_process=True).digest for i in range(10)]
     assert set(digests) == {truth}
 
 
 @pytest.mark.parametrize("seed", [None, 1, 2])
 @pytest.mark.large(beyond=1)
-def test_the_digest_of_turnover_does_not_depend_on_the_start_order_of_processes(
+def test_the_digest_of_the_scene_turnover_does_not_depend_on_the_start_order_of_processes(
     truth: str, tmp_path: Path, seed: int | None
 ) -> None:
     order = NODES if seed is None else Random(seed).sample(NODES, len(NODES))
@@ -57,7 +57,7 @@ def test_the_digest_of_turnover_does_not_depend_on_the_start_order_of_processes(
 
 
 @pytest.mark.parametrize("seed", [3, 4])
-def test_the_digest_of_turnover_does_not_depend_on_the_order_of_nodes_in_one_process(
+def test_the_digest_of_the_scene_turnover_does_not_depend_on_the_order_of_nodes_in_one_process(
     truth: str, tmp_path: Path, seed: int
 ) -> None:
     order = Random(seed).sample(NODES, len(NODES))
@@ -66,7 +66,7 @@ def test_the_digest_of_turnover_does_not_depend_on_the_order_of_nodes_in_one_pro
 
 @pytest.mark.parametrize(("seed", "where"), [("0", []), ("1", []), ("4711", ["--in-process"])])
 @pytest.mark.large
-def test_the_digest_of_a_turnover_run_does_not_depend_on_hash_seeds(
+def test_the_digest_of_the_scene_turnover_does_not_depend_on_hash_seeds(
     truth: str, tmp_path: Path, seed: str, where: list[str]
 ) -> None:
     environment = {**os.environ, "PYTHONHASHSEED": seed}
@@ -77,14 +77,14 @@ def test_the_digest_of_a_turnover_run_does_not_depend_on_hash_seeds(
     assert digest.strip('"') == truth
 
 
-def test_another_scene_has_another_digest_than_turnover(truth: str, tmp_path: Path) -> None:
+def test_another_scene_has_another_digest_than_the_scene_turnover(truth: str, tmp_path: Path) -> None:
     other = runner.run(load("lift", ["rig.slack=51 mm"]), tmp_path / "lift.mcap", in_process=True)
     assert other.digest != truth
 
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.large(beyond=2)
-def test_random_limits_of_time_grants_change_no_byte_of_turnover(
+def test_cutting_time_grants_short_at_random_does_not_change_the_digest_of_a_run(
     truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
     monkeypatch.setattr(conversation, "OpenCoordinator", CutShort)
@@ -94,7 +94,7 @@ def test_random_limits_of_time_grants_change_no_byte_of_turnover(
     assert run.digest == truth
 
 
-def test_random_limits_of_time_grants_change_no_byte_of_the_loaded_lift_of_turnover(
+def test_cutting_time_grants_short_at_random_does_not_change_the_first_100_s_of_the_scene_turnover(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The first 100 s with two cranes and twelve slings: the slings chatter as they come taut."""

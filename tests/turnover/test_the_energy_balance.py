@@ -42,7 +42,7 @@ def turned_over(reading: Reading) -> float:
     return float(np.abs(np.diff(values[:, works], axis=0)).sum() + energy[-1, 4] + np.ptp(energy[:, 0]))
 
 
-def test_the_energy_balance_of_turnover_closes(lift: Lift, reading: Reading) -> None:
+def test_the_energy_balance_of_the_scene_turnover_closes(lift: Lift, reading: Reading) -> None:
     message = reading.metadata["result"]
     assert lift.result.energy_error < CLOSES
     assert json.loads(message["energy_error"]) == lift.result.energy_error
@@ -50,7 +50,7 @@ def test_the_energy_balance_of_turnover_closes(lift: Lift, reading: Reading) -> 
     assert lift.result.energy_error == pytest.approx(imbalance(reading).max() / turned_over(reading), rel=1e-9)
 
 
-def test_work_and_heat_of_all_elements_of_turnover_add_up_to_the_recorded_totals(reading: Reading) -> None:
+def test_work_and_heat_of_all_elements_of_the_scene_turnover_add_up_to_the_recorded_totals(reading: Reading) -> None:
     for what in ("work", "heat"):
         names = [name for name in reading.names["/account"] if name.endswith(f".{what}")]
         total = sum(reading.column("/account", name) for name in names)
@@ -80,7 +80,7 @@ def test_energy_accounts_agree_with_integrals_of_power(fine: Mechanics) -> None:
         )
 
 
-def test_the_energy_balance_of_turnover_closes_far_better_before_the_landing(
+def test_the_energy_balance_of_the_scene_turnover_closes_far_better_before_the_landing(
     reading: Reading, stages: dict[str, Stage]
 ) -> None:
     air = slice(0, stages["set down"].samples[0])

@@ -24,7 +24,7 @@ A = {f"loader-{i}.sling-{k}" for i in (1, 2, 4, 5) for k in (1, 2)}
 B = {f"loader-{i}.sling-{k}" for i in (3, 6) for k in (1, 2)}
 
 
-def test_stages_of_turnover_come_in_the_order_of_the_scene(reading: Reading) -> None:
+def test_stages_of_the_scene_turnover_come_in_the_order_of_the_scene(reading: Reading) -> None:
     message = [e["value"]["name"] for e in reading.said("commander", "stage")]
     assert message == [a["stage"] for a in reading.scene["actions"] if a.get("stage")]
     milestones = ["take up slack", "load", "hoist", "travel", "turn to 90 degrees", "slacken B", "unhook B"]
@@ -46,7 +46,7 @@ def test_the_hoisting_stage_waits_until_the_block_has_left_its_supports(reading:
     assert max(_halts(reading, lifted[0])) == lifted[0]  # the creeping hoists are reported to stop at once
 
 
-def test_the_block_is_unhooked_from_b_only_after_all_b_slings_are_slack(reading: Reading) -> None:
+def test_the_block_is_unhooked_from_crane_b_only_after_all_slings_of_crane_b_are_slack(reading: Reading) -> None:
     begin = _begin(reading, "settle on A")
     assert {state for name, state in _sling_states(reading, begin) if name in B} == {"slack"}
     assert begin < _begin(reading, "unhook B")
@@ -72,7 +72,7 @@ def test_the_slings_of_crane_b_are_taut_at_their_new_lugs_before_the_turn_contin
     assert {state for name, state in _sling_states(reading, begin) if name in B} == {"taut"}
 
 
-def test_the_former_top_face_of_the_block_is_down_at_the_end_of_turnover(
+def test_the_former_top_face_of_the_block_is_down_at_the_end_of_the_scene_turnover(
     mechanics: Mechanics, stages: dict[str, Stage]
 ) -> None:
     up = mechanics.bodies["block"].R[:, 2, 2]  # of the block's axis w in the world
@@ -80,7 +80,7 @@ def test_the_former_top_face_of_the_block_is_down_at_the_end_of_turnover(
     assert np.all(-up[stages["rest"].samples] > np.cos(UPSIDE_DOWN))
 
 
-def test_the_supports_carry_the_whole_weight_at_the_end_of_turnover(
+def test_the_supports_carry_the_whole_weight_at_the_end_of_the_scene_turnover(
     reading: Reading, mechanics: Mechanics, stages: dict[str, Stage]
 ) -> None:
     last = reading.values["/support/force"][stages["rest"].last(20.0)]
@@ -89,20 +89,20 @@ def test_the_supports_carry_the_whole_weight_at_the_end_of_turnover(
     assert np.max(np.abs(last[:, upper].sum(axis=1) / weight - 1.0)) < WEIGHT
 
 
-def test_all_slings_are_slack_at_the_end_of_turnover(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_all_slings_are_slack_at_the_end_of_the_scene_turnover(reading: Reading, stages: dict[str, Stage]) -> None:
     end = reading.events[-1]["t_ns"]
     assert {state for _, state in _sling_states(reading, end)} == {"slack"}
     for sling in A | B:
         assert np.all(reading.column("/rope/tension", sling)[stages["rest"].last(20.0)] == 0.0), sling
 
 
-def test_ropes_of_turnover_never_push_and_hook_ropes_never_go_slack(reading: Reading) -> None:
+def test_ropes_of_the_scene_turnover_never_push_and_hook_ropes_never_go_slack(reading: Reading) -> None:
     assert reading.values["/rope/tension"].min() >= 0.0
     assert reading.values["/rope/peak"].min() >= 0.0
     assert reading.values["/hook/load"].min() > 0.0
 
 
-def test_supports_of_turnover_never_pull_and_carry_nothing_while_the_block_hangs(
+def test_supports_of_the_scene_turnover_never_pull_and_carry_nothing_while_the_block_hangs(
     reading: Reading, stages: dict[str, Stage]
 ) -> None:
     force = reading.values["/support/force"]

@@ -88,7 +88,7 @@ def test_slings_tighten_at_the_tabulated_rope_lengths_while_the_block_is_on_supp
         ("settle 2", 61.0, 19.4, 14.6, -12.0),
     ],
 )
-def test_stages_of_turnover_end_at_the_tabulated_states(
+def test_stages_of_the_scene_turnover_end_at_the_tabulated_states(
     reading: Reading, stages: dict[str, Stage], stage: str, L_A: float, L_B: float, y_A: float, y_B: float
 ) -> None:
     k = stages[stage].samples[-1]

@@ -39,8 +39,8 @@ def process_count(text: str | int) -> int:
 def paying_processes(
     asked: int, models: int, run: "Callable[[int, RunObserver], object]", elsewhere: Collection[str] | None = None
 ) -> int:
-    """Return the number of processes in which to run: `asked` itself; for AUTO, the number with which `run(count,
-    watch)` was measured to be fastest, which is printed."""
+    """Return the number of processes in which to run: the number given, or for AUTO the fastest one, which is measured
+    and printed."""
     if asked != AUTO:
         return asked
     if elsewhere:
@@ -190,7 +190,7 @@ def find_own_modules(references: Iterable[str]) -> None:
 
 
 def tell(sheet: "Sheet", as_json: bool) -> None:
-    """Print a sheet as text or as JSON."""
+    """Print a result sheet as text or as JSON."""
     import msgspec
     from heavylift.recordings.sheets.sheet import data_of, part_text
 
@@ -211,7 +211,7 @@ def study_of(
 
 
 def tell_study(sheet: "Sheet", output: Path | None, force: bool, as_json: bool) -> None:
-    """Print the sheet of a yard's study, and write it to a file if requested."""
+    """Print the result sheet of a yard's study, and write it to a file if requested."""
     tell(sheet, as_json)
     if output:
         from heavylift.recordings.sheets.workbook import write
@@ -264,8 +264,7 @@ def deadline_s(text: str) -> float:
 
 
 def end_by(strict: bool, fail_on: str, *states: str) -> None:
-    """End the command with exit code 1 if the `state` of a verdict is one that --strict or --fail-on `fail_on` does not
-    accept."""
+    """End the command with exit code 1 if --strict or --fail-on does not accept the state of the verdict."""
     worst = {"red": 1, "undecided": 2, "amber": 3}
     if min(worst.get(state, 4) for state in (*states, "")) <= max(2 * strict, worst.get(fail_on, 0)):
         raise typer.Exit(1)

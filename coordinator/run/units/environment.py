@@ -24,8 +24,9 @@ from .steppable_run import SteppableRun
 
 
 class Environment:
-    """A scene that a controller steps by `period` [s] and whose drives, winches and wind, the `actions`, take speeds
-    [m/s or rad/s] from it.
+    """A scene in which a controller sets speeds of drives, winches and wind every `period` [s].
+
+    `actions`: the names of these; speeds are in m/s or rad/s.
 
     `names`: the observed signals, as `simulate` names them, that match the patterns `observations`.
     """
@@ -69,8 +70,8 @@ class Environment:
         return np.array([self._run[name] for name in self.names])
 
     def step(self, action: Sequence[float]) -> NDArray[np.float64]:
-        """Advance by one period with these speeds of the actions, in their order, and return the observation (n,);
-        raises ModelError beyond the end of the scene."""
+        """Advance by one period with these speeds of the actions and return the observation (n,); raises ModelError
+        beyond the end."""
         for name, speed in zip(self._actuators, action, strict=True):
             if name == "wind":
                 self._run.set_wind(float(speed))

@@ -41,8 +41,8 @@ CODES = {
 
 
 def masters_of(scene: LoadedScene, inputs: Sequence[str]) -> tuple[tuple[UserModel, ...], bool]:
-    """Return the models by which an importing program sets the speeds of these drives and winches, and whether `inputs`
-    includes the wind; raises SceneError for unknown names."""
+    """Return the models through which an importing program sets speeds of drives and winches, and whether it sets the
+    wind."""
     wind = "wind" in inputs
     if wind and not any(machine.name == "wind" for machine in scene.plan.machines):
         raise SceneError("--input wind: the scene has no 'wind'; give it one, such as 'wind: {speed: 0 m/s}'")

@@ -158,8 +158,10 @@ class SteppedScene:
         self.run.stop = FOREVER.t if stop_time is None else seconds(stop_time)
 
     def step(self, to: float, log: Callable[[str], object], events: bool = False) -> bool | None:
-        """Advance to a time [s] or, with `events`, to the first event before it; return whether there was one, or None
-        if the step is refused, with the reason in the log."""
+        """Advance to a time [s] or, with `events`, to the first event before it; return whether there was one.
+
+        None: the step is refused, with the reason in the log.
+        """
         if self.command != self._said and self.command:
             self.run.order(self.command)
         self._said = self.command
@@ -184,8 +186,8 @@ class SteppedScene:
 
 
 def led(plan: Plan, masters: tuple[UserModel, ...], wind: bool) -> Plan:
-    """Return a plan in which the importing program sets the speeds of the drives and winches in `masters`, and that of
-    the wind if `wind`."""
+    """Return a plan in which an importing program sets the speeds of the drives and winches in `masters` and of the
+    wind."""
     plan = msgspec.structs.replace(plan, models=(*plan.models, *masters))
     if not wind:
         return plan

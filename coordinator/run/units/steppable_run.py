@@ -69,8 +69,7 @@ class SteppableRun:
                 self._core.inject(Event(t, 0, OPERATOR, port, i, type(value).__name__, encode(value)))
 
     def set_speed(self, actuator: str, speed: float) -> None:
-        """Set the speed [m/s or rad/s] of a drive or winch from now on, at most its limit; the speed is reached along
-        the ramp of the drive."""
+        """Set the speed [m/s or rad/s] of a drive or winch, which is reached along the ramp of the drive."""
         port, most = self._aims[actuator]
         speed = min(max(speed, -most), most) if most else speed
         if speed != self.speeds[actuator]:
@@ -87,13 +86,12 @@ class SteppableRun:
 
     @property
     def seen(self) -> tuple[list[float], dict[str, float], int, str]:
-        """The values after the last step or update: sample columns, peak tensions [N], number of events and name of the
-        last one."""
+        """The values after the last step: sample columns, peak tensions [N], number of events, and name of the last
+        event."""
         return self._row.tolist(), {**self.peaks}, self.events, self.event
 
     def repeat(self, given: Sequence[tuple[str, Any, str]], seen: Sequence[Any]) -> None:
-        """Repeat the steps and settings of another run, and restore the values `seen` there, perhaps before an
-        event."""
+        """Repeat the steps and settings of another run, and restore its present values `seen`."""
         for what, value, name in given:
             if what == "go":
                 self._advance(value)

@@ -23,6 +23,7 @@ from .rigging.ratings import (
     shackle_limit,
     sling_limits,
     tandem_limits,
+    with_rigging,
 )
 from .scene_builder import LOWER, UPPER, SceneBuilder
 
@@ -36,8 +37,8 @@ def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
     machines = builder.machines
     rows = [row for machine in machines for row in (*hook_limits(builder, machine), *rigging_limits(builder, machine))]
     lifting = any(machine.hooks for machine in machines)
+    rows = [*with_rigging(builder, [*rows, *tandem_limits(builder)])]
     rows += [
-        *tandem_limits(builder),
         *_rig(builder),
         *lug_limits(builder),
         *certificate_limits(builder),

@@ -108,14 +108,14 @@ mechanism:
 """
 
 
-def test_with_rigid_ropes_step_errors_are_measured_by_two_runs_with_tighter_steps() -> None:
+def test_with_rigid_ropes_time_step_errors_are_measured_by_two_runs_with_tighter_steps() -> None:
     scene = parse(RIGID)
     assert len(tighter(ModelLevel(scene.plan))) == 2
     with certifying(scene, at_once=0) as runs:
         assert all(bar.numerical is not None for bar in runs.certificate().bars)
 
 
-def test_certify_announces_the_number_of_runs_and_the_finer_level() -> None:
+def test_the_option_certify_announces_the_number_of_runs_and_the_finer_model_level() -> None:
     with certifying(load("lift", ["block.mass=300 t +- 3 %", "ask=[]"]), at_once=0) as runs:
         message = runs.price
     assert "2 for the steps, 2 for the model, one with ropes of 2 lumps, elastic girder" in message

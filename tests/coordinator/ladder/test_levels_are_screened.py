@@ -36,7 +36,7 @@ def test_a_pendulum_follows_the_ramps_of_its_pivot(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", SWUNG)
-def test_the_error_of_swings_without_lumps_is_that_of_two_runs(seed: int) -> None:
+def test_the_estimated_swing_error_of_massless_ropes_agrees_with_two_runs(seed: int) -> None:
     plan = parse(lift_of_kinds(seed).text, passing=True, followed=False).plan
     ladder, measuring = Ladder(plan), Measuring(("swing", "position"))
     coarse, fine = (ladder.candidates(level)[2] for level in (ladder.plausible[0], ladder.full[-2]))
@@ -44,7 +44,7 @@ def test_the_error_of_swings_without_lumps_is_that_of_two_runs(seed: int) -> Non
     assert measured / NEAR < swing_error(plan) < NEAR * measured
 
 
-def test_levels_whose_swings_are_wrong_are_not_run() -> None:
+def test_model_levels_with_wrong_swings_are_not_simulated() -> None:
     plan = load("lift").plan
     ladder, text = Ladder(plan), list[str]()
     assert choose(ladder, Question(MEANT, 0.01), Measuring(MEANT, say=text.append)).fidelity.lumps == 2
@@ -56,5 +56,5 @@ def test_levels_whose_swings_are_wrong_are_not_run() -> None:
 
 
 @pytest.mark.parametrize("scene", ["pendulum", "floating", "hall", "spreader", "single-turn"])
-def test_where_no_rope_with_a_mass_is_led_nothing_is_screened(scene: str) -> None:
+def test_scenes_without_moving_heavy_ropes_have_no_estimated_swing_error(scene: str) -> None:
     assert swing_error(load(scene).plan) == 0.0

@@ -25,7 +25,7 @@ def measured() -> MeasuredLadder:
     return measure(load("hall", SCENE), "rope tension", limit=1e-3, budget=120.0)
 
 
-def test_tighter_steps_have_smaller_errors_and_the_cheapest_sufficient_candidate_is_recommended(
+def test_tighter_time_steps_have_smaller_errors_and_the_cheapest_sufficient_model_level_is_recommended(
     measured: MeasuredLadder,
 ) -> None:
     errors = [row.worst for row in measured.rows]
@@ -48,7 +48,9 @@ def test_the_page_the_table_and_the_figure_of_a_trade_off_show_the_same_numbers(
     assert "<script" not in html
 
 
-def test_the_command_printed_for_a_candidate_selects_its_method_and_tolerance(measured: MeasuredLadder) -> None:
+def test_the_command_printed_in_a_row_of_the_trade_off_selects_its_method_and_tolerance(
+    measured: MeasuredLadder,
+) -> None:
     assert measured.pick is not None
     words = shlex.split(measured.pick.command)
     scene = load("hall", [word for before, word in pairwise(words) if before == "--set"])

@@ -84,7 +84,7 @@ def test_a_run_sends_the_same_events_at_any_real_time_rate_and_none_before_its_t
         assert message == pytest.approx(paced.lateness._asdict())
 
 
-def test_limiting_decisions_to_short_intervals_of_time_changes_no_event(tmp_path: Path) -> None:
+def test_granting_time_in_short_intervals_only_changes_no_event(tmp_path: Path) -> None:
     results = {
         run(parse(SLEDGE), tmp_path / "x.mcap", True, pace=Pace(ahead)).digest
         for ahead in (1, seconds(0.3), seconds(10))

@@ -104,7 +104,7 @@ def test_logs_that_do_not_overlap_the_run_are_refused(run: Path, tmp_path: Path)
     assert "rows 2 to 61 are 500 to 529.5 s of the run, which goes from 0 to 39.95 s; they do not overlap" in message
 
 
-def test_a_measured_log_from_another_machine_is_refused(run: Path, tmp_path: Path) -> None:
+def test_a_measured_log_that_does_not_match_the_run_is_refused(run: Path, tmp_path: Path) -> None:
     still = log(tmp_path / "still.csv", {"time [s]": T, "cell": [300.0] * 60})
     assert "no mapped channel varies" in refused(run, still)
     other = log(tmp_path / "other.csv", {"time [s]": T, "cell": [math.sin(40.0 * t * t) for t in T]})

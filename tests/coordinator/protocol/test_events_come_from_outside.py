@@ -145,7 +145,7 @@ def test_the_safe_time_accounts_for_committed_messages_that_are_not_granted_yet(
     assert core.safe == Tag(8)  # g0 would reach i at once
 
 
-def test_events_for_decided_instants_or_unknown_nodes_are_refused() -> None:
+def test_events_from_outside_for_past_times_or_unknown_nodes_are_refused() -> None:
     core = OpenCoordinator(["g0"], [], Tag(END), outside=[WIRE])
     core.floor = Tag(5, 1)
     with pytest.raises(

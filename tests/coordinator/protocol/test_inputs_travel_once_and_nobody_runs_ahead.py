@@ -174,7 +174,7 @@ def test_a_model_that_sends_without_end_does_not_run_far_ahead_of_the_other_mode
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_time_advances_in_any_model_with_the_smallest_limits_of_grants(seed: int) -> None:
+def test_time_advances_in_any_model_with_the_shortest_time_grants(seed: int) -> None:
     simulators, couplings = parts(seed, {})
     nodes = {name: Node(name, simulator) for name, simulator in simulators.items()}
     core, floors = Coordinator(nodes, couplings), list[Tag]()

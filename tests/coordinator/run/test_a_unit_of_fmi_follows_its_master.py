@@ -77,7 +77,7 @@ def native(of: LoadedScene, orders: tuple = ()) -> heavylift.Result:
     return heavylift.simulate(of, orders=orders)
 
 
-def test_fmpy_finds_no_fault_and_all_signals_have_units(unit):
+def test_fmpy_finds_no_fault_in_an_fmu_and_all_its_signals_have_units(unit):
     assert validate_fmu(str(unit)) == []
     variables = {v.name: v for v in fmpy.read_model_description(str(unit)).modelVariables}
     found = {name: variables[name].unit for name in ("speed.motor", "wind", ANGLE, "pose.bob.z", "energy.kinetic")}

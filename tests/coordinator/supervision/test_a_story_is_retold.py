@@ -70,9 +70,7 @@ def test_a_checkpoint_that_arrives_while_a_message_is_unanswered_keeps_that_mess
 
 
 @pytest.mark.parametrize("heard", range(5))
-def test_a_message_sent_during_a_replay_is_the_open_message_and_not_part_of_the_replay(
-    log: ReplayLog, heard: int
-) -> None:
+def test_a_message_sent_to_a_node_during_its_replay_is_not_part_of_the_replay(log: ReplayLog, heard: int) -> None:
     say(log, 1, 2, 3)
     message = log.retell()
     before = [next(message) for _ in range(heard)]

@@ -38,3 +38,13 @@ def test_a_variant_has_the_same_digest_with_and_without_checks(
     assert len({row["digest"] for row in rows if "digest" in row}) == digests
     assert [row["status"] for row in rows].count("refused") == refused
     assert len({row["sentence"] for row in rows if row["status"] == "refused"}) == min(refused, 1)
+
+
+@pytest.mark.parametrize("name", ["jib", "hall", "lift"])
+def test_only_a_row_whose_errors_were_measured_is_green(name: str) -> None:
+    scene = load(name, ["ask=[limits]", "accuracy=1 %"])
+    first, second = (played(Task.of(scene, 60.0, "none", True), Variant(n, (), ())) for n in (0, 1))
+    assert first["digest"] == second["digest"]
+    assert ("error" in first, "error" in second) == (True, False)
+    assert "error unknown" not in first["verdict"]
+    assert (second["state"], " error unknown" in second["verdict"]) == ("amber", True)

@@ -105,7 +105,7 @@ def test_the_timing_planner_keeps_creep_speed_at_lift_off_and_set_down(crane: st
 
 
 @pytest.mark.large
-def test_the_planned_timing_of_the_turnover_is_a_tenth_shorter() -> None:
+def test_the_planned_timing_of_the_scene_turnover_is_a_tenth_shorter() -> None:
     scene = load("turnover")
     found = planned(scene, 3600.0)
     assert not found.wrong

@@ -145,7 +145,7 @@ def test_a_block_that_is_driven_into_a_wall_is_reported(lift: Lift) -> None:
 
 
 @pytest.mark.large(beyond=4)
-def test_a_load_check_governs_and_a_block_that_only_stands_on_its_supports_has_no_impact_force(lift: Lift) -> None:
+def test_a_block_that_only_stands_on_its_supports_has_no_impact_force_and_a_load_check_governs(lift: Lift) -> None:
     stands = f"{lift.text[: lift.text.index('actions:')]}actions:\n  - wait: 2 s\n"
     for checks in (lift.read().checks, play(lift.read(text=stands).plan).verdict.checks):
         assert [x for x in checks if x.quantity == "impact" and x.use is not None] == []

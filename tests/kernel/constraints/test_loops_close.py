@@ -195,7 +195,7 @@ def test_machine_code_and_interpreted_python_agree_on_closed_loops():
     assert native.state == pytest.approx(floats.state, rel=0.0, abs=1e-12)
 
 
-def test_a_closed_start_pose_is_kept_and_an_open_start_pose_is_closed():
+def test_a_start_pose_with_closed_loops_is_kept_and_open_loops_are_closed():
     closed = started(windows(1))
     assert closed.state[: closed.program.nq].tolist() == [0.0, np.pi / 2, 0.0]
     system = windows(1)
@@ -235,8 +235,8 @@ REFUSED = [
             (GUIDE, replace(GUIDE, name="b")),
             springs=(JointSpring("s", "guide"), JointSpring("s2", "b")),
         ),
-        "joint 'b' closes a loop and has no coordinate, which 's2' needs; "
-        "every other joint of this loop has laws or signals, too: remove those of one joint",
+        "joint 'b': 's2' needs a coordinate, but this joint closes a loop and has none; "
+        "remove all laws from one joint of the loop, so that that joint closes the loop",
     ),
 ]
 

@@ -65,7 +65,7 @@ def test_further_equal_limbs_of_a_tree_add_no_code():
     assert "limb0.0.bend" in code(5, 0.1)
 
 
-def test_a_limb_that_can_move_without_inertia_is_reported_by_name():
+def test_a_branch_of_a_mechanism_that_can_move_without_inertia_is_reported_by_name():
     from heavylift.kernel import KernelError
 
     system = spider(3)

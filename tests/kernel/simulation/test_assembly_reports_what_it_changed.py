@@ -64,7 +64,7 @@ def test_a_loop_is_assembled_from_the_given_coordinate_of_its_middle_joint():
     assert message == []
 
 
-def test_a_closed_start_pose_stays_bit_for_bit():
+def test_a_start_pose_with_closed_loops_is_kept_bit_for_bit():
     q, _, message = begun(windows(1, 0.3))
     assert q.tolist() == [0.3, np.pi / 2 - 0.3, 0.3]
     assert message == []

@@ -55,7 +55,7 @@ def place(function: Callable[..., Any]) -> str:
     return f"{Path(__file__).name}:{function.__code__.co_firstlineno + 1}"
 
 
-def test_the_model_used_for_illegal_changes_is_itself_legal() -> None:
+def test_the_model_used_in_tests_of_illegal_changes_is_itself_legal() -> None:
     assert kinds(yard(M), 10)["r.m"] == "ieci"
 
 

@@ -54,7 +54,7 @@ def test_a_trace_equals_the_reference_log_line_by_line(model) -> None:
     assert len(trace) == len(by_the_book) > 20
 
 
-def test_a_bag_holds_external_messages_before_internal_ones_at_any_depth() -> None:
+def test_a_bag_holds_external_messages_before_internal_ones_at_any_nesting_depth() -> None:
     """Two sources inside, one outside three levels up whose name sorts last."""
 
     def model() -> tuple[Coupled, Sink]:

@@ -93,7 +93,7 @@ def test_wind_is_checked_against_its_limit_up_to_the_end_of_a_run(tmp_path) -> N
         verdict = run(scene, tmp_path / "run.mcap", in_process=True, force=True).verdict
         assert verdict is not None
         assert [(f.quantity, f.value, f.t) for f in verdict.findings] == ([("wind", 15.0, 12.0)] if red else [])
-    (calm,) = [u for u in load("lift", [WIND]).uses if u.limit.quantity == "wind"]
+    (calm,) = [u for u in load("jib", [WIND]).uses if u.limit.quantity == "wind"]
     assert (calm.value, calm.limit.note) == (None, "no wind is modelled")
 
 

@@ -53,7 +53,7 @@ def test_a_design_load_is_the_load_at_rest_times_its_factors(
     half = [random.uniform(0.05, 0.3), random.uniform(0.05, 0.3), 0.0]
     keys = ", ".join(f"{key}: {x!r}" for key, x in given.items())
     box = ", ".join(f"{x!r} m" for x in half)
-    sets = [f"factors={{{keys}, cog: [{box}], wind: 10 m/s, area: 20 m2, dynamics: not included}}"]
+    sets = [f"factors={{{keys}, rigging: 0 t, cog: [{box}], wind: 10 m/s, area: 20 m2, dynamics: not included}}"]
     scene = parse(text, name, [*sets, "block.lug capacity=20 t"])
     corners = [
         used(parse(text, name, [f"block.com=[{x * half[0]!r} m, {y * half[1]!r} m, 0 m]", "block.lug capacity=20 t"]))

@@ -132,7 +132,7 @@ def test_an_action_that_waits_for_moves_reports_the_wait_order_that_is_not_done(
     assert builder.waiting_for() == f"still waiting for moves done (wait until 1200 s) since 0 s, {LINE}"
 
 
-def test_a_move_that_ends_at_a_limit_does_not_count_as_done() -> None:
+def test_a_move_stopped_by_an_end_position_does_not_count_as_done() -> None:
     down = Action(orders=(line(hoist("west.H1", 40.0)),), where=LINE)
     builder = Yard(turnover(down, Action(orders=(), where=LINE))).run()
     assert builder.waiting_for() == (

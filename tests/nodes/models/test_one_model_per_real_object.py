@@ -34,7 +34,7 @@ def below(model: Model) -> list[Model]:
     return [model, *(found for child in children for found in below(child))]
 
 
-def test_turnover_has_ten_coupled_models_with_nineteen_bodies_and_54_degrees_of_freedom() -> None:
+def test_the_scene_turnover_has_ten_coupled_models_with_nineteen_bodies_and_54_degrees_of_freedom() -> None:
     plan = turnover(TURN)
     models, mechanics = build(plan), system(plan)
     assert list(models) == ["commander", "west", "east", *(f"loader-{i}" for i in range(1, 7)), "block"]

@@ -147,7 +147,7 @@ def test_the_loss_of_a_full_queue_agrees_with_theory() -> None:
     assert abs(fmean(shares) - lost) <= WIDTH * stdev(shares) / sqrt(REPLICATIONS)
 
 
-def test_machines_that_wait_for_repair_agree_with_theory() -> None:
+def test_the_mean_number_of_broken_machines_agrees_with_queueing_theory() -> None:
     machines, repairers, up, down = 6, 2, 10.0, 4.0
     terms = [1.0]
     for n in range(machines):

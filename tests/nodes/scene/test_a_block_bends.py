@@ -193,7 +193,7 @@ def test_flexibility_keeps_the_mass_properties_of_the_block() -> None:
         assert (made.mass + J[5, 5], made.mass * d) == (pytest.approx(mass), pytest.approx(mass * c))
 
 
-def test_a_run_samples_and_reports_the_deflection_of_a_block() -> None:
+def test_a_run_records_and_reports_the_deflection_of_a_flexible_block() -> None:
     result = simulate(hung())
     message = [f.sentence for f in result.verdict.findings if f.quantity == "bending"]
     bent = result["deflection"]

@@ -55,7 +55,7 @@ def test_a_bundled_scene_has_its_documented_size(name: str) -> None:
     assert plan.decode(plan.encode(scene.plan)) == scene.plan
 
 
-def test_turnover_hangs_in_equilibrium_at_the_start() -> None:
+def test_the_scene_turnover_hangs_in_equilibrium_at_the_start() -> None:
     built = load("turnover").plan
     ropes = hook_ropes(built)
     strain = 45e3 * built.gravity / (20 * 93.5088e6)
@@ -72,7 +72,7 @@ def test_turnover_hangs_in_equilibrium_at_the_start() -> None:
     assert beams["loader-2.sling-2"] == ((2.0, 0.0, -1.0), "A4")
 
 
-def test_the_equilibrium_path_of_turnover_covers_all_stages() -> None:
+def test_the_equilibrium_path_of_the_scene_turnover_covers_all_stages() -> None:
     message = load("turnover").statics
     at = {state.stage: state for state in message.states}  # the last of each
     expected = {  # rope A, rope B, trolley A, trolley B
@@ -93,7 +93,7 @@ def test_the_equilibrium_path_of_turnover_covers_all_stages() -> None:
     assert message.known
 
 
-def test_the_static_report_of_turnover_shows_its_utilisations() -> None:
+def test_the_static_report_of_the_scene_turnover_shows_its_utilisations() -> None:
     page = str(check(load("turnover")))
     assert page.startswith("turnover: 19 bodies, 54 degrees of freedom, 6 ropes, 12 slings, 10 models, 23 actions")
     for line in (
@@ -104,7 +104,7 @@ def test_the_static_report_of_turnover_shows_its_utilisations() -> None:
         assert line in page
 
 
-def test_the_static_report_of_turnover_shows_the_stages_that_change_its_loads() -> None:
+def test_the_static_report_of_the_scene_turnover_shows_the_stages_that_change_its_loads() -> None:
     lines = str(check(load("turnover"))).splitlines()
     assert lines[4:17] == [
         "  static sling load [t]         east.H1  east.H2  east.H3  west.H1  west.H2  west.H3",
@@ -123,7 +123,7 @@ def test_the_static_report_of_turnover_shows_the_stages_that_change_its_loads() 
     ]
 
 
-def test_an_eccentric_centre_of_mass_shifts_the_loads_of_turnover() -> None:
+def test_an_eccentric_centre_of_mass_shifts_the_loads_of_the_scene_turnover() -> None:
     text = bundled()["turnover"].read_text(encoding="utf-8")
     scene = parse(text.replace("  supports:", "  com: [0.8 m, 0 m, 0 m]\n  supports:", 1))
     hooks = [f"{crane}.H{i}" for crane in ("west", "east") for i in (1, 2, 3)]

@@ -7,7 +7,7 @@ from heavylift.nodes.scene import load
 READABLE = 8000  # signs of the longest line
 
 
-def test_every_body_and_law_of_turnover_is_printed_once() -> None:
+def test_every_body_and_law_of_the_scene_turnover_is_printed_once() -> None:
     turnover = system(load("turnover", []).plan)
     text = equations(turnover)
     coordinates = text[text.index("IN COORDINATES") :]

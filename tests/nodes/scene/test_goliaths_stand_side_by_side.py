@@ -64,7 +64,7 @@ def test_each_of_several_cranes_is_modelled_as_the_scene_describes(two: LoadedSc
     assert len(ropes) == 18
 
 
-def test_the_first_of_two_cranes_moves_exactly_as_alone(runs: dict[str, Recording]) -> None:
+def test_the_first_of_two_cranes_moves_exactly_as_if_it_were_alone(runs: dict[str, Recording]) -> None:
     alone, other = runs["one"], runs["two"]
     for name in ("rope/tension/{}crane.H3", "rope/tension/{}loader-2.sling-1", "pose/{}block/z"):
         own, found = (

@@ -154,7 +154,7 @@ def test_a_condition_on_a_load_in_per_cent_of_a_chart_uses_the_capacity_at_the_t
     """The load is the same in every place of the trolley; what it may be there, the chart interpolates."""
     scene = parse(
         f"extends: lift\nname: charted\ncranes: {{crane: {{capacity chart: {CHART}}}}}\n"
-        "limits: {signals: [load of crane H3 <= 90 %]}\n",
+        "limits: {signals: [load of crane H3 <= 90 %]}\nfactors: {rigging: 0 t}\n",
         "scene.yaml",
         passing=True,
     )

@@ -48,7 +48,7 @@ def slings(tensions: dict[str, float], loaders: tuple[int, ...]) -> float:
 
 
 @pytest.mark.parametrize("degrees", [0.0, 30.0, 60.0, 85.0])
-def test_load_shares_of_turnover_agree_with_the_tabulated_plan(degrees: float) -> None:
+def test_load_shares_of_the_scene_turnover_agree_with_the_tabulated_plan(degrees: float) -> None:
     simulation = held(degrees)
     found = equilibrium(simulation)
     x, y, z, w = found.q[simulation.program.graph.joint("block.free").q][3:]

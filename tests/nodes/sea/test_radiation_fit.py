@@ -32,7 +32,7 @@ def test_a_known_radiation_memory_function_is_fitted_alike_in_both_directions(m:
 
 
 @pytest.mark.parametrize("path", sorted(vessels_folder().glob("*.json")), ids=lambda path: path.stem)
-def test_bundled_hulls_have_passive_radiation_and_state_its_error(path):
+def test_bundled_hulls_have_passive_radiation_models_and_state_their_fit_errors(path):
     hull = read_hydrodynamics(path.read_bytes(), path.name)
     F = np.array(hull.radiation.F)
     assert np.linalg.eigvalsh(F + F.T).max() < 1e-9

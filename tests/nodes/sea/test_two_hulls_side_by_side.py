@@ -260,13 +260,17 @@ BAD = {
 
 
 @pytest.mark.parametrize("sentence", BAD)
-def test_pairs_that_do_not_fit_their_data_are_refused(tmp_path: Path, pair: Hydrodynamics, sentence: str) -> None:
+def test_pairs_of_vessels_that_do_not_fit_their_hull_data_are_refused(
+    tmp_path: Path, pair: Hydrodynamics, sentence: str
+) -> None:
     old, new = BAD[sentence]
     with pytest.raises(SceneError, match=sentence):
         load(placed(tmp_path, pair, text().replace(old, new)))
 
 
-def test_interaction_is_no_open_check_where_its_data_are_given(tmp_path: Path, pair: Hydrodynamics) -> None:
+def test_wave_interaction_of_two_hulls_with_shared_data_is_not_reported_as_not_checked(
+    tmp_path: Path, pair: Hydrodynamics
+) -> None:
     both = checks_of(load(placed(tmp_path, pair, text())).plan, [], [], None, [])
     assert "interaction" not in {x.quantity for x in both}
     assert {x.subject for x in both if x.quantity == "mean drift"} == {"big", "small"}

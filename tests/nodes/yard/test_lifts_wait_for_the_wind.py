@@ -118,7 +118,7 @@ def test_a_lift_begins_if_the_wind_forecast_stays_within_its_limit(tmp_path, for
     assert ran(load(written(tmp_path, speeds, forecast), lifter=three_hours))[0][0] == start
 
 
-def test_lifts_in_random_wind_begin_and_end_as_an_hourly_count_predicts(tmp_path):
+def test_lifts_in_random_wind_begin_and_end_at_the_times_found_by_stepping_hour_by_hour(tmp_path):
     for seed in range(10):
         draw = random.Random(seed)
         speeds = [draw.randint(4, 12) for _ in range(24 * 30)]

@@ -129,7 +129,7 @@ def test_wave_limits_do_not_delay_a_yard_without_weather_data(tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_steps_in_random_seas_begin_in_the_windows_of_an_hourly_count(tmp_path, seed):
+def test_steps_in_random_seas_begin_in_the_weather_windows_found_by_stepping_hour_by_hour(tmp_path, seed):
     draw = random.Random(seed)
     heights, now = [], 1.0
     for _ in range(24 * 60):

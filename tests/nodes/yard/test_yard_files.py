@@ -43,7 +43,7 @@ def test_the_night_shift_of_friday_ends_on_saturday():
     assert calendar.add(friday + 20 * HOUR, 10 * HOUR) == 7 * 24 * HOUR + 21 * HOUR
 
 
-def test_working_time_equals_a_count_hour_by_hour():
+def test_the_end_of_work_by_a_calendar_equals_that_found_by_stepping_hour_by_hour():
     draw = random.Random(3)
     off = {START + timedelta(n) for n in (3, 4, 16)}
     calendar = working(START, (0, 1, 2, 3, 4, 5), (DAY_SHIFT, NIGHT), sorted(off))

@@ -5,7 +5,7 @@ from typing import Any
 
 import msgspec
 from heavylift.nodes.limits.named import CORNERS, TRACKS
-from heavylift.nodes.plan.limit import RatedLimit
+from heavylift.nodes.plan.limit import RatedLimit, RestLoad
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, Parts
@@ -117,23 +117,27 @@ def standing_limits(builder: SceneBuilder, machine: Mechanism) -> Iterator[Rated
 def wind_limits(builder: SceneBuilder, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[RatedLimit]:
     """Yield the wind limits of machines with hooks and of the whole scene."""
     most, where = builder.scene.limits.wind, builder.source.where(("limits",))
-    if not winds:
+    stated = builder.scene.factors.wind or 0.0
+    if not winds and not stated:
         by = "the scene" if most is not None else ""
         note = "no wind is modelled"
         yield RatedLimit(subject="all", quantity="wind", unit="m/s", value=most, source=by, note=note, where=where)
         return
-    row = {"quantity": "wind", "unit": "m/s", "elements": winds}
+    row: dict[str, Any] = {"quantity": "wind", "unit": "m/s", "elements": winds}
+    if stated:
+        row |= {"rest": RestLoad(value=stated, bound=stated), "note": "in the stated wind of the factor sheet"}
     unknown = not machines
     for machine in machines:
         given = _parts(builder, machine)
         own = given.wind if given else None
         unknown |= own is None
         if own is not None:
-            yield RatedLimit(subject=machine.name, value=own, source="its type", where=machine.where, **row)  # type: ignore[arg-type]
+            yield RatedLimit(subject=machine.name, value=own, source="its type", where=machine.where, **row)
     if most is not None:
-        yield RatedLimit(subject="all", value=most, source="the scene", where=where, **row)  # type: ignore[arg-type]
+        yield RatedLimit(subject="all", value=most, source="the scene", where=where, **row)
     elif unknown:
-        yield RatedLimit(subject="all", note="give it under 'limits: {wind: ...}'", where=where, **row)  # type: ignore[arg-type]
+        row["note"] = "give it under 'limits: {wind: ...}'"
+        yield RatedLimit(subject="all", where=where, **row)
 
 
 def _given(builder: SceneBuilder, machine: Mechanism) -> Stands | None:

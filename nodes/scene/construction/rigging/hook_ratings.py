@@ -89,7 +89,7 @@ class _Hook:
         """Return the limit of the load on the hook."""
         given, hook = self.given, self.hook
         if hook.chart:
-            note = "with hook block and rigging; the next longer radius counts"
+            note = "with hook block; the next longer radius counts"
             return self.row("hook load", "kg", "capacity_chart", chart=hook.chart, over="radius", note=note)
         if given.capacity_by_place:
             chart = tuple(given.capacity_by_place)

@@ -1,8 +1,10 @@
 """Limits of the loads on hooks: several machines together, slings, shackles, frames, lugs."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from datetime import date
 
+import msgspec
 from heavylift.nodes.limits.sharing import DETERMINATE
 from heavylift.nodes.limits.standards import (
     CABLE_LAID,
@@ -52,6 +54,29 @@ def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
                     source="the scene" if own else "assumed", where=hook.where,
                 )  # fmt: skip
             seen.add(hook.rope)
+
+
+def with_rigging(builder: SceneBuilder, limits: Iterable[RatedLimit]) -> Iterator[RatedLimit]:
+    """Yield limits of the load on hooks and frames with the mass of the slings below, and of two shackles each, which
+    have no mass in the model: for each hook that of the factor sheet, else as far as the gear gives it. Hooks that hold
+    a sling together share it."""
+    scene, of = builder.scene, Counter[str]()
+    for item in scene.gear.values():
+        for owner, _, what in (at.rpartition(".") for at in item.at):
+            of[owner] += {"sling": 1, "shackle": 2}.get(what, 0) * (item.mass or 0.0)  # type: ignore[assignment]
+    slings = {rope: (f"rigging.{name}", str(sling.number)) for name in scene.rigging
+              for rope, sling in slings_of(scene, name).items()}  # fmt: skip
+    hooks = [hook for machine in builder.machines for hook in machine.hooks]
+    below = {x.rope: {slings.get(t.rope, ("rig", t.rope)) for t in ties_on(builder.machines, x)} for x in hooks}
+    shared = Counter(sling for each in below.values() for sling in each)
+    for limit in limits:
+        total, given = 0.0, scene.factors.rigging
+        if limit.quantity == "frame load" and given is None:
+            total = sum(of[owner] for owner, _ in sorted({slings[x] for x in limit.elements if x in slings}))
+        for each in (below[name] for name in limit.elements if below.get(name)):
+            total += sum(of[x[0]] / shared[x] for x in sorted(each)) if given is None else given
+        note = "; ".join(x for x in (limit.note, f"{total / 1e3:.3g} t of slings and shackles") if x)
+        yield msgspec.structs.replace(limit, rigging=total, note=note) if total and limit.unit == "kg" else limit
 
 
 def rigging_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:

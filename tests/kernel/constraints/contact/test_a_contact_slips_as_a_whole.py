@@ -160,7 +160,7 @@ def pushed_aside(random: np.random.Generator, feet: np.ndarray, shape, mu: np.nd
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.large(beyond=2)
-def test_a_box_pushed_beside_its_centre_slips_and_turns_at_its_limit(seed: int) -> None:
+def test_a_box_pushed_off_centre_slips_and_turns_at_its_friction_limit(seed: int) -> None:
     random = np.random.default_rng(seed)
     size, mu = random.uniform((0.5, 0.5, 0.2), (3.0, 3.0, 0.5)), random.uniform(0.05, 0.3)
     corners = 0.5 * size * np.array([(x, y, -1.0) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
@@ -171,7 +171,7 @@ def test_a_box_pushed_beside_its_centre_slips_and_turns_at_its_limit(seed: int) 
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.large(beyond=2)
-def test_a_plate_on_three_pads_of_unlike_friction_slips_at_its_limit(seed: int) -> None:
+def test_a_plate_on_three_pads_of_different_friction_slips_at_its_friction_limit(seed: int) -> None:
     random = np.random.default_rng(100 + seed)
     angle, radius = 2.0 * np.pi * np.arange(3) / 3 + random.uniform(-0.4, 0.4, 3), random.uniform(1.0, 2.0, 3)
     feet = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(3, -0.2)], axis=1)
