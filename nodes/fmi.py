@@ -35,14 +35,14 @@ ENUMERATION = {"2": "Integer", "3": "Int64"}  # by whose calls it is read and se
 
 
 class Signals(Message):
-    """Message with values by variable name; integers and booleans are sent as numbers."""
+    """Message with values of FMU variables by name; integers and booleans are sent as numbers."""
 
     values: tuple[tuple[str, float], ...]
 
 
 class Stepped(Atomic):
-    """An FMU that makes steps of `step` [ns]; subclasses declare the ports, and send the outputs of the FMU, which are
-    stored in `said`."""
+    """Base class of atomic models that advance an FMU by steps of `step` [ns]. Subclasses declare the ports and send
+    the outputs of the FMU, which are stored in `said`."""
 
     def __init__(
         self,
@@ -88,7 +88,7 @@ class Stepped(Atomic):
 
 
 class Fmu(Stepped):
-    """An FMU that makes steps of `step` [ns], which is the lookahead of its output port y."""
+    """An atomic model that advances an FMU by steps of `step` [ns]; its inputs are at port u, its outputs at port y."""
 
     u, y = In(Signals), Out(Signals)
 
@@ -170,7 +170,7 @@ class FmuUnit:
         self._fmu = library(self.name).instantiate_fmu(folder, self._message, "CoSimulation", **more)
 
     def hold(self, values: Iterable[tuple[str, float]]) -> None:
-        """Store values of input variables; the next step sets them in the FMU."""
+        """Store values of input variables, which the next step sets in the FMU."""
         given = dict(values)
         self.check(given)
         self._waiting |= given
@@ -285,5 +285,5 @@ def unpacked(file: Path) -> Path:
 
 
 def library(name: str) -> Any:
-    """Import FMPy; raises ModelError, with the command that installs FMPy, if it is missing."""
+    """Return the imported library FMPy; raises ModelError, with the command that installs it, if it is missing."""
     return extra("fmpy", ModelError(f"{name}: an FMU needs FMPy: pip install 'heavylift[fmi]'"))

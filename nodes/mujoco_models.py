@@ -65,8 +65,7 @@ UNLIKE = (
 
 
 class FromMujoco(NamedTuple):
-    """Result of an import: the system, the points of the sites of the MJCF model, and a sentence for each feature that
-    was not converted."""
+    """Result of an import from MuJoCo: the system, the points of the MJCF sites, and the features not converted."""
 
     system: System
     sites: dict[str, Point]
@@ -74,22 +73,22 @@ class FromMujoco(NamedTuple):
 
 
 class ImportedModel(NamedTuple):
-    """Result of an import with boxes (centre and edges in the body's frame [m]) that enclose the geoms of each body."""
+    """Result of an import from MuJoCo, with boxes that enclose the geoms of each body (centre and edges [m])."""
 
     found: FromMujoco
     boxes: dict[str, list[Box]]
 
 
 def from_mujoco(model: str | Path | Any) -> FromMujoco:
-    """Return the system of an MJCF or URDF file, or of an MjModel, in the pose `qpos0`, its sites, and a sentence for
-    each feature that was not converted. Coordinates are zero in that pose. Raises SceneError if the file cannot be
-    read."""
+    """Return the mechanical system of an MJCF or URDF file, or of an MjModel; raises SceneError if it cannot be read.
+
+    The result also has the points of the sites and a sentence for each feature that was not converted. Coordinates are
+    zero in the pose `qpos0`."""
     return import_model(model).found
 
 
 def import_model(path: str | Path | Any) -> ImportedModel:
-    """Import an MJCF or URDF file as `from_mujoco` does; return the result with boxes for drawings and clearances.
-    Raises SceneError if the file cannot be read."""
+    """Import an MJCF or URDF file as `from_mujoco` does, with boxes for drawings and clearances."""
     library = extra("mujoco", SceneError("models of MuJoCo need its package; install heavylift[mujoco]"))
     importer = _Importer(library, copy(path) if isinstance(path, library.MjModel) else _read(library, Path(path)))
     boxes = boxes_of(importer.m, importer.body, importer.missing, importer.matrix)

@@ -15,9 +15,10 @@ Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 def boxes_of(
     model: Any, bodies: list[str], missing: list[str], matrix: Callable[[np.ndarray], np.ndarray]
 ) -> dict[str, list[Box]]:
-    """Return, by body, the boxes (centre and edges [m], parallel to the body's axes) that enclose the colliding geoms
-    of the body, or all geoms if none collides. Geoms without a size are added to `missing`; `matrix` converts a
-    quaternion into a rotation matrix."""
+    """Return, by body, the boxes (centre and edges [m], parallel to the body's axes) that enclose its geoms.
+
+    These are the colliding geoms, or all if none collides. Geoms without a size are added to `missing`; `matrix`
+    converts a quaternion into a rotation matrix."""
     found: dict[str, list[Box]] = {}
     of_body: dict[int, list[int]] = {}
     for g in range(model.ngeom):

@@ -24,7 +24,7 @@ def drive(
     until: int = NEVER,
     log: Callable[[Transition], None] | None = None,
 ) -> list[Said]:
-    """Simulate a model and return its outputs before `until` [ns]; `inputs`: triples (time [ns] or logical time, input
+    """Simulate a model and return its outputs before `until` [ns]. `inputs`: triples (time [ns] or logical time, input
     port, message)."""
     simulator = Simulator(model, log)
     simulator._present.node = True

@@ -19,7 +19,7 @@ from .messages import Message, decode
 
 
 class Tag(NamedTuple):
-    """A logical time: time t [ns] and microstep k, ordered by t, then k; neither may be negative in a message."""
+    """A logical time: time t [ns] and microstep k, ordered by t, then k. In a message neither may be negative."""
 
     t: Annotated[int, Meta(ge=0)]
     k: Annotated[int, Meta(ge=0)] = 0
@@ -132,8 +132,7 @@ class AtomicResult(msgspec.Struct, frozen=True):
 
 
 class Slack(msgspec.Struct, frozen=True):
-    """The observed lookahead of an output port: the shortest time [ns] from scheduling an output to sending it, which
-    is the largest lookahead that the port could have declared in this run."""
+    """The observed lookahead of an output port: the shortest time [ns] from scheduling an output to sending it."""
 
     port: str  # path of the atomic's port
     declared_ns: int
@@ -142,16 +141,17 @@ class Slack(msgspec.Struct, frozen=True):
 
 
 class Steppable(Protocol):
-    """Interface of the model in a node. `outputs` does not change the state; only `advance` does."""
+    """Interface of the model that a node simulates; its state changes only in `start` and `advance`."""
 
     @property
     def lookahead(self) -> Mapping[str, int]:
-        """Lookahead [ns] of each output port "model.port": NEVER for a port that sends nothing to other nodes; a port
-        that is not listed has 0."""
+        """Lookahead [ns] of the node's output ports, by "model.port".
+
+        NEVER for a port that sends nothing to other nodes; a port that is not listed has 0."""
 
     @property
     def slack(self) -> list[Slack]:
-        """The observed lookahead of each output port so far."""
+        """The lookahead of each output port, as observed so far in the run."""
 
     @property
     def last(self) -> Tag:
@@ -166,8 +166,8 @@ class Steppable(Protocol):
 
     @property
     def quiet(self) -> Tag:
-        """The earliest logical time at which the node can send an event if no input arrives: next_time, or later if the
-        outputs at next_time are known to be empty."""
+        """The earliest logical time at which the node can send an event if no input arrives. This is next_time, or
+        later if the outputs at next_time are known to be empty."""
 
     def start(self) -> None:
         """Set the initial state of the node at logical time (0, 0)."""
@@ -176,8 +176,8 @@ class Steppable(Protocol):
         """Return the events that the node sends to other nodes at next_time, in their total order."""
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Execute the transitions at `tag`, which is at most next_time, with the input events `bag`; then execute later
-        transitions before `until`, as long as none of them sends an event to another node."""
+        """Execute the node's transitions at `tag` with the input events `bag`. `tag` is at most next_time. Later
+        transitions before `until` follow, as long as none of them sends an event to another node."""
 
     def among(self) -> list[Event]:
         """Return the events since the last call that were sent between models of this node or that have no receiver, in

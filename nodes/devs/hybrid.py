@@ -38,8 +38,11 @@ class Trajectory(Message):
 
 
 class Hybrid(Atomic):
-    """An atomic model with a continuous state. Override `start`, `flow`, and if needed `guards`, `tell`, `fell`,
-    `heard`; `start`, `fell` and `heard` must call `go`.
+    """Base class of hybrid models: atomic DEVS models whose continuous state is integrated between events.
+
+    A subclass overrides `start`, `flow` (the derivatives) and, if needed, `guards` (zero-crossing functions), `tell`
+    (output at an event), `fell` (transition at an event) and `heard` (transition for inputs). `start`, `fell` and
+    `heard` must call `go` with the new state, from which the integration continues.
 
     `longest` [s] limits the integration step, `tolerance` the error of each step relative to 1 + |x|, and `horizon` [s]
     how far the model integrates ahead at once. Two events of the same guard within a quarter of a step may be missed,
@@ -67,29 +70,30 @@ class Hybrid(Atomic):
         return super()._port_name(name)
 
     def flow(self, x: State) -> Sequence[float]:
-        """Return dx/dt [1/s] at the state x; if the derivative is zero, the state stays at rest until an input
+        """Return the time derivatives of a hybrid model's state x; if all are zero, it stays at rest until an input
         arrives."""
         raise ModelError("the model defines no flow()")
 
     def guards(self, x: State) -> Sequence[float]:
-        """Return the values of the guard functions, always the same number of them; an event occurs when a value falls
-        through zero."""
+        """Return the values of a hybrid model's guards at the state x; an event occurs when one falls through zero. The
+        number of guards must always be the same."""
         return ()
 
     def tell(self, which: tuple[int, ...]) -> None:
-        """Send the output of an event. `which`: indices of the guards that fell through zero; `ahead` is the state at
-        the event."""
+        """Send the output of a hybrid model at an event, before its transition `fell`. `which`: indices of the guards
+        that fell through zero; `ahead` is the state at the event."""
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """Handle an event. `which`: indices of the guards that fell through zero; `state` is the state at the event."""
+        """Make the transition of a hybrid model at an event. `which`: indices of the guards that fell through zero;
+        `state` is the state at the event."""
         raise ModelError("a guard fell, but the model defines no fell()")
 
     def heard(self, x: Bag) -> None:
-        """Handle the inputs x that have arrived; `state` is the present state."""
+        """Make the transition of a hybrid model for the inputs x; `state` is the present state."""
         raise ModelError("an input arrived, but the model defines no heard()")
 
     def go(self, *x: float) -> None:
-        """Set the continuous state to x at the present time, and schedule its next event."""
+        """Set the continuous state of a hybrid model to x at the present time, and schedule its next event."""
         if not all(map(isfinite, x)):
             raise ModelError(f"go{x}: the state must be finite numbers")
         self.state: State = tuple(map(float, x))
@@ -109,7 +113,7 @@ class Hybrid(Atomic):
             self.hold_in(then - now)
 
     def at(self, e: int) -> State:
-        """Return the continuous state e [ns] after the last transition, up to the next one."""
+        """Return the continuous state of a hybrid model e [ns] after its last transition, before the next one."""
         if e <= 0 or not any(self.flow(self.state)):
             return self.state
         for step in _steps(self.flow, self.state, self.tolerance, self.longest):
@@ -119,19 +123,18 @@ class Hybrid(Atomic):
 
     @property
     def present(self) -> State:
-        """The continuous state at the present time, for use in `result`, for example."""
+        """The continuous state of a hybrid model at the present time."""
         return self.at(self.now.t - self._began)
 
     def output(self) -> None:
-        """Send a sample, or the output of an event through `tell`; send nothing at the end of the integration
-        horizon."""
+        """Send the state of a hybrid model as a sample, or its output at an event by calling `tell`."""
         if self._sample and isinstance(port := self.ports["trajectory"], OutPort):
             port.send(Trajectory(self.present))
         elif self.fallen:
             self.tell(self.fallen)
 
     def internal(self) -> None:
-        """Handle an event through `fell`; at the end of the integration horizon, continue integrating."""
+        """Make the transition at an event by `fell`; at the end of the integration horizon, continue integrating."""
         if self._sample:
             self._schedule()
             return
@@ -157,7 +160,7 @@ class Hybrid(Atomic):
             )
 
     def external(self, e: int, x: Bag) -> None:
-        """Advance the state to the present time and pass the inputs to `heard`."""
+        """Advance the state of a hybrid model to the present time, and pass the inputs to `heard`."""
         self.state = self.at(self.now.t - self._began)
         self.heard(x)
 

@@ -93,13 +93,13 @@ class Model:
         return path
 
     def add_in(self, name: str, type: type[M]) -> InPort[M]:
-        """Add an input port to this instance only, and return it."""
+        """Add an input port to this instance of the model, not to its class, and return the port."""
         port: InPort[M] = InPort(self, self._port_name(name), checked_type(type))
         self.ports[name] = port
         return port
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
-        """Add an output port with a lookahead [ns] to this instance only, and return it."""
+        """Add an output port with a lookahead [ns] to this instance, not to its class, and return the port."""
         if not isinstance(lookahead, int) or not 0 <= lookahead <= NEVER:
             big = isinstance(lookahead, int) and lookahead > 0
             message = (
@@ -131,7 +131,8 @@ def _wrong(name: str) -> str:
 
 
 class Atomic(Model):
-    """A model with behaviour. Override `start`, `external`, `output`, `internal`, and if needed `confluent`."""
+    """Base class of atomic DEVS models. A subclass overrides `start`, `external`, `output`, `internal`, and if needed
+    `confluent`."""
 
     __slots__ = ("_index", "_last", "_more", "_place", "_plain", "_port", "_set", "_t", "_value", "_wait")
 
@@ -168,22 +169,22 @@ class Atomic(Model):
         self._wait = NEVER
 
     def start(self) -> None:
-        """Set the initial state at logical time (0, 0); a model that schedules nothing here waits for input."""
+        """Set the model's initial state at logical time (0, 0); a model that schedules nothing here waits for input."""
 
     def external(self, e: int, x: Bag) -> None:
-        """Handle the bag x of inputs, which arrives e [ns] after the last transition."""
+        """Make the external transition: handle the bag x of inputs, which arrives e [ns] after the last transition."""
         raise ModelError("an input arrived, but the model defines no external()")
 
     def output(self) -> None:
-        """Send the outputs at the present logical time; called before `internal`, possibly twice, and must not change
-        the state."""
+        """Send the model's outputs at the present logical time; must not change the state. The simulator calls it
+        before `internal`, possibly twice."""
 
     def internal(self) -> None:
         """Make the internal transition at the scheduled logical time."""
         raise ModelError("the scheduled time came, but the model defines no internal()")
 
     def result(self) -> Message | None:
-        """Return the result of this model at the end of a run, or None if it has none; must not change the state."""
+        """Return the model's result at the end of a run, or None if it has none; must not change the state."""
         return None
 
     def confluent(self, x: Bag) -> None:
@@ -194,7 +195,7 @@ class Atomic(Model):
 
 
 class Coupled(Model):
-    """A coupled model: `add` its children and `connect` their ports."""
+    """A coupled DEVS model: `add` its children and `connect` their ports."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -257,20 +258,19 @@ class Coupled(Model):
         child.parent, child._path, child._present = None, "", IDLE
 
     def add_in(self, name: str, type: type[M]) -> InPort[M]:
-        """Add an input port and return it."""
+        """Add an input port to the coupled model and return the port."""
         self._reachable("add_in")
         return super().add_in(name, type)
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
-        """Add an output port and return it; a coupled model's port gets its lookahead from the atomics that feed it."""
+        """Add an output port to the coupled model and return it; its lookahead is that of the atomics that feed it."""
         self._reachable("add_out")
         if lookahead:
             raise ModelError(f"{self.path}: port {name}: declare the lookahead on the atomic that sends")
         return super().add_out(name, type)
 
     def connect(self, source: Port[Message], target: Port[Message]) -> None:
-        """Couple a port of a child or of this model to another such port; the owners determine the kind of coupling
-        (external input, internal, external output)."""
+        """Couple a port of a child or of this model to another such port."""
         self._change("connect", lambda: self._connect(source, target))
 
     def disconnect(self, source: Port[Message], target: Port[Message]) -> None:

@@ -27,8 +27,9 @@ M = TypeVar("M", bound=Message)
 
 
 def travelling(value: M, port: object) -> M:
-    """Return the message as its receiver gets it; raises ModelError, which names the port and the field, if encoding
-    and decoding would change the message."""
+    """Return a message as its receiver decodes it.
+
+    Raises ModelError, which names the port and the field, if encoding and decoding would change the message."""
     cls = type(value)
     read = decoder(cls)
     if value.__plain__():
@@ -79,7 +80,7 @@ Bound = TypeVar("Bound")
 
 
 class Said(Protocol):
-    """Interface of `models.Present` for ports: the messages sent at the present logical time and their ports."""
+    """Interface that ports need from `models.Present`: messages sent at the present logical time, and their ports."""
 
     sources: "list[Port[Message]]"
     values: list[Message]
@@ -89,7 +90,7 @@ class Said(Protocol):
 
 
 class Owner(Protocol):
-    """Interface of `models.Model` for ports: the name, path, parent and ports of the model that owns a port."""
+    """Interface that ports need from `models.Model`: the name, path, parent and ports of the model that owns a port."""
 
     name: str
 
@@ -137,7 +138,7 @@ class InPort(Port[Carried]):
 
 
 class OutPort(Port[Message], Generic[Sent]):
-    """An output port of a model instance; `exits`: routes to other nodes, `inner`: routes within the node."""
+    """An output port of a model instance. `exits`: routes to other nodes, `inner`: routes within the node."""
 
     __slots__ = ("_sent", "exits", "inner", "lookahead")
 

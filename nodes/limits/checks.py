@@ -61,8 +61,9 @@ LISTED: tuple[tuple[str, ...], ...] = (  # what each list has a row of, each wit
 def checks_of(
     plan: Plan, uses: Sequence[Use], others: Iterable[Check], errors: Errors | None, shapeless: Iterable[str]
 ) -> list[Check]:
-    """Return all checks, sorted by severity and then by the order of the table of limits, which goes from the hook down
-    to the ground.
+    """Return all checks of a run or an equilibrium path, the most severe first.
+
+    Equally severe checks have the order of the table of limits, which goes from the hook down to the ground.
 
     `uses`: the highest utilisation of each limit; `others`: findings that have no limit; `errors`: error estimates of a
     run (None for an equilibrium path, which has none); `shapeless`: names of objects without a shape, whose clearance
@@ -102,8 +103,7 @@ def checks_of(
 
 
 def uncoloured(plan: Plan, shapes: Shapes) -> list[Check]:
-    """Return the rows of a lift for which there is nothing to check: parts that the scene does not have, and what no
-    check includes, whatever a scene states."""
+    """Return checks without a result: for parts that the scene does not have, and for effects that are not modelled."""
     quantities = {x.quantity for x in plan.limits}
     none = [first for first, *more in LISTED if not quantities & {first, *more}] if shapes.hooks else []
     found = [Check(quantity=x, subject="all", state="none", sentence=f"{x}: nothing of that kind") for x in none]
@@ -192,7 +192,7 @@ def error_of(use: Use, errors: Errors) -> float | None:
 
 
 def state_of(checks: Iterable[Check]) -> State:
-    """Return the worst state of all checks; checks that cannot occur in the scene are ignored."""
+    """Return the worst state of all checks that can occur in the scene."""
     return min((c.state for c in checks if c.state != "none"), key=STATES.index, default="amber")
 
 
@@ -256,8 +256,7 @@ def _size(check: Check) -> float:
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """Return one line of text for each quantity: its check with the highest utilisation. Checks of loads precede checks
-    of positions."""
+    """Return one line of text for each quantity, with its check of highest utilisation; loads precede positions."""
     found: dict[str, Check] = {}
     if any(check.state == "red" and check.use is None for check in checks):
         return []  # what has no utilisation, such as a contact, governs
@@ -273,8 +272,7 @@ def governing(checks: Sequence[Check]) -> list[str]:
 
 
 def open_checks(checks: Sequence[Check]) -> list[str]:
-    """Return the undecided and amber checks as lines of text, one for each kind, with the input that would decide
-    them."""
+    """Return one line of text for each kind of undecided or amber check, with the input that would decide it."""
     kinds: dict[str, list[Check]] = {}
     for check in checks:
         if check.state in ("undecided", "amber") and check.why != WARNED:
@@ -293,7 +291,7 @@ def open_checks(checks: Sequence[Check]) -> list[str]:
 
 
 def scope(checks: Iterable[Check]) -> list[str]:
-    """Return what no check includes as one line of text, if there is anything."""
+    """Return one line that lists the effects that are not modelled and are in no check; empty if there are none."""
     each = [x.sentence.partition(": ")[2] for x in checks if x.why == NOT_MODELLED]
     return [f"{NOT_MODELLED}: {'; '.join(each)}"] if each else []
 

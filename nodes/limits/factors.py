@@ -35,7 +35,7 @@ Key = tuple[str, str]
 
 
 class Clause(NamedTuple):
-    """A factor required by a clause of a practice: its value, or None if the value follows from the lift or must be
+    """A load factor that a clause of a standard requires. `value` is None if it follows from the lift or must be
     confirmed."""
 
     source: str
@@ -57,7 +57,7 @@ PRACTICES: dict[str, dict[str, Clause]] = {  # what was read in a public copy ha
 
 
 class LiftConditions(NamedTuple):
-    """Properties of a lift that determine the factors of one of its parts."""
+    """The properties of a lift on which the load factors for one of its parts depend."""
 
     weight: float  # of what is lifted [N]
     hooks: tuple[str, ...]  # that carry it
@@ -75,9 +75,11 @@ def design_limits(
     lateral: Mapping[Key, float],
     uncertain: Mapping[Key, tuple[float, str]],
 ) -> Iterator[RatedLimit]:
-    """Yield the design limits of all parts, and a row without a value for each missing factor. `uses` and `states`
-    belong to the equilibrium path; `lateral` is the increase of utilisation when the centre of mass is at a corner of
-    its uncertainty box, `uncertain` that at the worst corner of the uncertain inputs, which it names."""
+    """Yield the limit of the design load of each part, and a limit without a value for each missing factor.
+
+    `uses`, `states`: utilisations and states of the equilibrium path; `lateral`: increase of utilisation when the
+    centre of mass is at a corner of its uncertainty box; `uncertain`: increase at the worst corner of the uncertain
+    inputs, with their names."""
     clauses, missing = PRACTICES.get(practice, {}), dict[str, str]()
     strengths = {x.subject: x for x in plan.limits if x.quantity == "sling peak"}
     for quantity, base in BASES.items():
@@ -221,9 +223,10 @@ def wind_force(given: Factors) -> tuple[float, str]:
 def tilted(
     plan: Plan, hooks: Sequence[str], limit: RatedLimit, states: Sequence[StaticState], sine: float, rise: float
 ) -> float | None:
-    """Return the factor by which the load on a part increases when the block tilts between two hooks, in the state with
-    the largest static load on the part. `sine`: sine of the tilt angle; `rise` [m]: height by which one hook is hoisted
-    more than the other; the larger tilt of the two counts (0027/ND, B.1.2, plumb ropes)."""
+    """Return the factor by which the load on a part increases when the block tilts between two hooks (0027/ND, B.1.2).
+
+    The state is the one with the largest static load on the part. `sine`: sine of the tilt angle; `rise` [m]: height by
+    which one hook is hoisted more than the other; the larger tilt of the two counts (plumb ropes)."""
     most: tuple[float, float] | None = None
     for state in (x for x in states if not x.grounded):
         ends = [_end(plan, state, hook) for hook in hooks]
@@ -281,6 +284,6 @@ def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | N
 
 
 def product(limit: RatedLimit, *, dynamic: bool) -> float:
-    """Return the product of the factors of a limit; if `dynamic`, without the dynamic factor, because the simulated
-    load includes the dynamics."""
+    """Return the product of the load factors of a limit. If `dynamic`, without the dynamic factor, because the
+    simulated load includes the dynamics."""
     return prod(x.value for x in limit.factors if not (dynamic and x.name == "dynamic"))

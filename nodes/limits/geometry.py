@@ -23,8 +23,7 @@ def outside(half: Vector, p: Vector) -> float:
 
 
 def geometry_findings(plan: Plan) -> list[Check]:
-    """Return red checks of lugs far from their block and of centres of mass outside it, and warnings about implausible
-    densities, gravity unlike the Earth's, and features of model files that were not converted."""
+    """Return findings about implausible positions, densities and gravity, and about model files converted in part."""
     found = [x for machine in plan.machines for cargo in machine.cargo for x in _of(cargo)]
     lacks = (
         finding("amber", "model file", machine.name, f"not converted: {sentence}", where=machine.where)
@@ -80,8 +79,8 @@ def _gravity(plan: Plan) -> Iterator[Check]:
 
 
 def passes_through(a: Vector, b: Vector, half: Vector) -> float:
-    """Return the length [m] of the part of the segment from a to b that lies inside a box around the origin with
-    half-extents `half` (slab method: Kay and Kajiya 1986, Ray tracing complex scenes)."""
+    """Return the length [m] of the segment from a to b inside a box around the origin with half-extents `half`. Slab
+    method: Kay and Kajiya 1986, Ray tracing complex scenes."""
     first, last = 0.0, 1.0
     for p, q, h in zip(a, b, half, strict=True):
         d = q - p

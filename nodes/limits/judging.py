@@ -29,8 +29,9 @@ def uses_on_path(plan: Plan, states: Sequence[StaticState]) -> list[Use]:
 
 
 def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:
-    """Return the highest utilisation of each limit; for a limit without data, a Use without a value. `parts` are
-    successive intervals of time, each of which begins with the last instant of the one before."""
+    """Return the highest utilisation of each limit over the samples; for a limit without data, a Use without a value.
+
+    `parts` are successive intervals of time, each of which begins with the last instant of the one before."""
     peaks = ("sling peak", "rope peak")
     found: list[_Worst] = []
     carried: dict[object, object] = {}
@@ -58,7 +59,7 @@ class _Worst:
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
     def see(self, plan: Plan, signals: SignalColumns) -> None:
-        """Add the samples of the next interval of time."""
+        """Update the highest utilisation of the limit by the samples of the next interval of time."""
         limit = self._limit
         reading = read(plan, limit, signals)
         if reading is None:
@@ -117,7 +118,7 @@ class _Worst:
         )
 
     def use(self) -> Use:
-        """Return the highest utilisation of all samples added so far."""
+        """Return the highest utilisation of the limit in all samples so far."""
         exact, found = self._exact, self._first[0][1] if self._first else None
         if (rest := self._limit.rest) and self._limit.quantity in (IN_WIND, "wind"):
             use = self._limit.use(rest.value) if self._limit.known else None

@@ -54,8 +54,8 @@ def shown(limit: RatedLimit, value: float | None) -> str:
 
 
 def bound(use: Use) -> float:
-    """Return the limit value that a utilisation refers to; if there are a lower and an upper limit, the one on the side
-    of the value."""
+    """Return the limit value that a utilisation refers to: of a lower and an upper limit, the one on the side of the
+    value."""
     limit = use.limit
     if limit.between is not None and use.value is not None:
         low, high = limit.between

@@ -70,8 +70,9 @@ OF_BOOMS: dict[Kind, Kind] = {"swing along": "boom lead", "swing across": "side 
 
 
 class MeasuredSignal(NamedTuple):
-    """A signal that a limit checks; with a `sling`, the signal counts only while the sling is taut and hooked to the
-    `lug` (if any)."""
+    """A signal that a limit checks.
+
+    With a `sling`, the signal counts only while the sling is taut and hooked to the `lug` (if any)."""
 
     signal: ScalarSignal
     sling: Tie | None = None

@@ -35,8 +35,7 @@ STANDS = 1e-9  # [m] between two samples of a rope whose winch stands
 
 @dataclass(frozen=True)
 class Reading:
-    """Values (n,) of a limit's quantity in its unit, nan where it is undefined, and the exact maximum with its time [s]
-    if it is known."""
+    """The values (n,) of a limit's quantity in its unit, and the exact maximum with its time [s] if it is known."""
 
     values: Column
     exact: tuple[float, float] | None = None
@@ -206,8 +205,9 @@ def _while_slewing(plan: Plan, limit: RatedLimit, x: ScalarSignal, signals: Sign
 
 
 def range_at_rest(values: Column, signals: SignalColumns, elements: tuple[str, ...]) -> Column | None:
-    """Return, for each sample (n,), the range (highest minus lowest value) of a signal since the winch of a rope
-    stopped; None if the rope lengths are not recorded. The winch may have stopped in an earlier part of the run."""
+    """Return, for each sample (n,), the range of a signal since the winch of a rope stopped; None if data are missing.
+
+    The range is the highest minus the lowest value. The winch may have stopped in an earlier part of the run."""
     length = signals.lengths.get(elements[0])
     if length is None or not signals.dynamic:
         return None

@@ -17,9 +17,10 @@ def drum_ends(falls: int, given: int | None = None) -> int:
 
 
 def lead_factor(falls: int, ends: int, efficiency: float) -> float:
-    """Return the highest tension of a rope part divided by the mean over all falls: n (1 - eta) / (1 - eta^n) with the
-    efficiency eta and n = falls / drum ends. The part is the one at the drum when hoisting, and the dead end (or the
-    part at the equaliser) when lowering."""
+    """Return the ratio of the highest rope tension in a reeving to the mean tension of all falls.
+
+    This is n (1 - eta) / (1 - eta^n) with the efficiency eta and n = falls / drum ends. It is the tension at the drum
+    when hoisting, and at the dead end (or at the equaliser) when lowering."""
     n = falls // ends
     if efficiency == 1.0:
         return 1.0
@@ -27,8 +28,8 @@ def lead_factor(falls: int, ends: int, efficiency: float) -> float:
 
 
 def drum_end_factor(falls: int, ends: int, efficiency: float, *, hoisting: bool) -> float:
-    """Return the tension of the part at the drum divided by the mean over all falls; this part has the highest tension
-    when hoisting and the lowest when lowering."""
+    """Return the ratio of the rope tension at the drum to the mean tension of all falls. The rope at the drum has the
+    highest tension when hoisting and the lowest when lowering."""
     lead = lead_factor(falls, ends, efficiency)
     return lead if hoisting else lead * _power(efficiency, falls // ends - 1)
 

@@ -58,7 +58,7 @@ class RunTables:
         self._most: list[dict[str, float]] = [{} for _ in self._spans]
 
     def see(self, signals: SignalColumns) -> SignalColumns:
-        """Add the samples of the next part of the run, and return these samples unchanged."""
+        """Collect data for the tables from the samples of the next part of the run; return these samples unchanged."""
         t, zero = signals.t, np.zeros(len(signals.t))
         if not len(t):
             return signals
@@ -88,8 +88,10 @@ class RunTables:
             self._reactions[name] = float(force[k]), float(t[k]), found
 
     def tables(self, uses: Sequence[Use], peaks: dict[str, tuple[float, float]], at: At) -> Iterator[Table]:
-        """Yield all tables. `uses`: limits with their highest utilisation; `peaks`: (tension [N], time [s]) by rope;
-        `at`: function that returns columns and rope lines at a time."""
+        """Yield all tables of the run.
+
+        `uses`: limits with their highest utilisation; `peaks`: (tension [N], time [s]) by rope; `at`: function that
+        returns columns and rope lines at a time."""
         yield Table("Loads on lugs", LUGS, tuple(self._lugs(uses, at)), ("u, v, w are the axes of the block.",))
         yield Table("Slings", SLINGS, tuple(self._slings(uses, peaks, at)))
         rows = tuple((name, *p, F / 1e3, F / TONNE, t) for name, (F, t, p) in self._reactions.items())
@@ -194,7 +196,7 @@ WHEN = ("begins", "most", "ends")
 
 
 class HookReach:
-    """Collects the radii of all hooks that have a radius chart, part by part, from an equilibrium path or a run."""
+    """Collects, over an equilibrium path or a run, the radii of all hooks that have a radius chart."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -202,7 +204,7 @@ class HookReach:
         self._found: dict[tuple[str, str], list[Reach]] = {}
 
     def see(self, signals: SignalColumns) -> SignalColumns:
-        """Add the samples of the next part of the path or run, and return these samples unchanged."""
+        """Collect hook radii from the samples of the next part of the path or run; return these samples unchanged."""
         for limit in self._limits:
             reading, radii = read(self._plan, limit, signals), axis_of(self._plan, limit, signals)
             if reading is None or radii is None:
@@ -231,8 +233,7 @@ class HookReach:
 
     @property
     def found(self) -> tuple[Reach, ...]:
-        """The radii found for each hook and stage, in order of time: at the beginning, at the end, and at the highest
-        utilisation."""
+        """The radii of each hook in each stage: at the beginning, at the end, and at the highest utilisation."""
         each = sorted(self._found.values(), key=lambda three: three[0].t)
         return tuple(
             msgspec.structs.replace(x, when=when) for three in each for when, x in zip(WHEN, three, strict=True)

@@ -43,8 +43,8 @@ def dynamics_required(plan: Plan) -> tuple[float, str] | None:
 
 
 def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, float]]:
-    """Return the actions that hoist a block until it is lifted, or that lower a block until it has landed, as (number
-    from 1, speed [m/s]). `block`: name of the block, or "" for all blocks."""
+    """Return the actions that lift a block off or set it down, as (number from 1, speed [m/s]). `block`: name of the
+    block, or "" for all blocks."""
     lifts, found = quantity == "lift-off speed", list[tuple[int, float]]()
     of = [(m.name, cargo.body) for m in plan.machines for cargo in m.cargo if cargo.body == block or not block]
     models = {name for names in of for name in names}

@@ -21,8 +21,7 @@ FLOATS = 1e-3  # of its weight: a block that weighs less than this in water floa
 
 
 class SplashZone:
-    """A block in the splash zone, at the samples (n,): its depth [m], and the vertical forces [N] of the slings of each
-    hook on it."""
+    """A block in the splash zone: its depth [m] and the vertical sling forces [N] of each hook, at samples (n,)."""
 
     def __init__(self, plan: Plan, block: str, signals: SignalColumns) -> None:
         machine, self.cargo = next((m, x) for m in plan.machines for x in m.cargo if x.body == block)
@@ -52,9 +51,10 @@ class SplashZone:
         return np.asarray(np.interp(depth, x, force))
 
     def along(self, f: Callable[[Column, Column], Column], rest: Column) -> Column:
-        """Return, for each sample (n,), the largest f(depth, rest) since the sample before; nan if the block is above
-        still water or does not hang. `rest`: a quantity that changes linearly from sample to sample; the curves are
-        constant below their last points."""
+        """Return, for each sample (n,), the largest value of f(depth, rest) since the sample before.
+
+        It is nan if the block is above still water or does not hang. `rest`: a quantity that changes linearly from
+        sample to sample; the curves are constant below their last points."""
         d, hangs = self.depth, self.hangs
         values = np.where(hangs & (d >= 0.0), f(d, rest), np.nan)
         for x in self.corners:
@@ -78,8 +78,8 @@ def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column
 
 
 def splash_load(plan: Plan, limit: RatedLimit, signals: SignalColumns, load: Column) -> Column:
-    """Return the load on a hook [kg] (n,), including its share of the dynamic amplitude. `load`: the load on the hook
-    without this share."""
+    """Return the load on a hook [kg] (n,), including its share of the dynamic force of the water. `load`: the load on
+    the hook without this share."""
     zone = _zone(plan, limit, signals)
     pull, all_ = zone.pulls[limit.elements[0]], zone.pull
     share = np.divide(pull, all_, out=np.zeros(len(pull)), where=all_ > 0.0) / plan.gravity

@@ -44,8 +44,7 @@ HOISTING = {"HC1": (1.05, 0.17), "HC2": (1.10, 0.34), "HC3": (1.15, 0.51), "HC4"
 
 @dataclass(frozen=True)
 class Sharing:
-    """An assumption about unequal load sharing in statically indeterminate rigging: the rigging that it applies to, its
-    message, factor and source."""
+    """A rigging whose slings share the load unequally, with the load factor that a standard requires for it."""
 
     when: str
     message: str
@@ -93,8 +92,8 @@ def partial_factor(**given: float) -> float:
 
 @dataclass(frozen=True)
 class Strength:
-    """A strength requirement with its source: the quantity may be at most the breaking force divided by `factor`. A
-    scene may override the factor with its key `own`."""
+    """A strength requirement of a standard: the quantity may be at most the breaking force divided by `factor`. A scene
+    may override the factor with its key `own`."""
 
     of: Literal["sling", "hoist rope"]
     quantity: Quantity
@@ -162,7 +161,7 @@ UNREAD = "to be confirmed (EN 13414-3, IMCA M 179: no clause was read): give its
 
 
 class Terms(NamedTuple):
-    """Known properties of a sling: breaking force [N], WLL of one leg [kg], diameters of rope and pins [m]."""
+    """The properties of a sling that determine its strength: breaking force [N], WLL of one leg [kg], diameters [m]."""
 
     breaking: float
     WLL: float | None = None
@@ -176,7 +175,7 @@ class Terms(NamedTuple):
 
 
 class Rated(NamedTuple):
-    """Required ratio of breaking force to load, with its source and a note for the planner."""
+    """The ratio of breaking force to load that a standard requires, with its source and a note for the planner."""
 
     factor: float
     source: str
@@ -236,14 +235,13 @@ def _force(x: Terms) -> str:
 
 
 def bending(ratio: float) -> float:
-    """Return the bending factor of a sling around a pin, for the ratio of pin diameter to sling diameter; at least 1
-    (0027/ND, 7.8.1)."""
+    """Return the bending factor of a sling around a pin, from the ratio of pin to sling diameter (0027/ND, 7.8.1)."""
     return 1.0 / (1.0 - 0.5 / sqrt(max(ratio, 1.0)))
 
 
 def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, float], ...], str] | None:
-    """Return the WLL of an assembly of legs, as pairs (angle to the vertical [rad], mass [kg]), and the basis of this
-    rating in words; None if the standard does not rate such an assembly."""
+    """Return the WLL of an assembly of sling legs, and the basis of this rating in words; None if no rating applies.
+    The WLL is a list of pairs (angle to the vertical [rad], mass [kg])."""
     rated = at_rest(x._replace(single=False), gravity)
     if legs not in KL or x.WLL or TERMINATIONS[x.termination or "ferrule"].kt is None or rated.note:
         return None

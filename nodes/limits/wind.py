@@ -26,9 +26,10 @@ from .signals import Column, SignalColumns, place, signals_of
 
 
 def leads_in_wind(plan: Plan, given: Factors, states: Sequence[StaticState]) -> Iterator[RatedLimit]:
-    """Yield, for each hook with a load, the limit of its off-lead in the stated wind; the utilisation at rest is that
-    of the worst state. If a hook has several off-lead limits, only the limit with the highest utilisation is yielded.
-    """
+    """Yield, for each hook with a load, the limit of its off-lead in the stated wind.
+
+    The utilisation at rest is that of the worst state. If a hook has several off-lead limits, only the limit with the
+    highest utilisation is yielded."""
     force, formula = wind_force(given)
     if not force:
         return

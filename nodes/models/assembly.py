@@ -30,7 +30,7 @@ Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, t
 
 
 class Ending(Atomic):
-    """Reports, after the last action list, that all action lists are finished."""
+    """Atomic model that reports, after the last action list, that all action lists are finished."""
 
     heard, finished = In(m.Finished), Out(m.Finished)
 
@@ -39,7 +39,7 @@ class Ending(Atomic):
         self.lists = lists
 
     def start(self) -> None:
-        """Start with no list finished."""
+        """Start with no action list finished."""
         self.left = self.lists
         self.passivate()
 
@@ -54,12 +54,12 @@ class Ending(Atomic):
         self.finished.send(m.Finished())
 
     def internal(self) -> None:
-        """Wait for the next input, after the message `finished` was sent."""
+        """Wait for the next input after the message `finished` was sent."""
         self.passivate()
 
 
 class CommanderModel(Coupled):
-    """The commander with one or several action lists, and the actor "turn" of the turn's master."""
+    """Coupled model of the commander: one or several action lists, and the virtual master drive of turns."""
 
     report, command = In(m.Report), In(m.OperatorCommand)
     stage = Out(m.Stage)
@@ -129,12 +129,12 @@ class CommanderModel(Coupled):
                 self.connect(whole.ports["lists"], other.ports["report"])
 
     def waiting_for(self) -> str:
-        """Describe what the action lists still wait for, as a sentence; "" when they are done."""
+        """Return a sentence about the conditions that the action lists still wait for; "" when the lists are done."""
         lists = [child for child in self.children.values() if isinstance(child, Commander)]
         return "; ".join(message for each in lists if (message := each.waiting_for()))
 
     def declare(self) -> System:
-        """Return the declaration of the virtual master of the turn."""
+        """Return the declaration of the virtual master drive that a turn of a block follows."""
         return declared(list(self.children.values()))
 
 
@@ -163,7 +163,7 @@ def node_names(plan: Plan) -> tuple[str, ...]:
 
 
 def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
-    """Yield the part of the plan that each node needs; the commander gets the whole plan."""
+    """Yield, for each node, the part of the plan that it needs; the commander gets the whole plan."""
     waiting: dict[str, set[int]] = {}  # model -> actions for which it watches a threshold
     for number, action in enumerate(plan.actions):
         for crossing in crossed(action):
@@ -209,7 +209,7 @@ def goes_on(event: Event) -> bool:
 
 
 def together(plan: Plan) -> Coupled:
-    """Return the user's models as children of one coupled model."""
+    """Return the user's models of a plan as children of one coupled model."""
     root = Coupled(plan.name)
     for own in plan.models:
         root.add(UserModelNode(own))
@@ -238,8 +238,8 @@ def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[T
 
 
 def system(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> System:
-    """Return the mechanical system that all models of a plan declare. `models`: the models of the plan, if already
-    built."""
+    """Return the mechanical system that all models of a plan declare together. `models`: the models of the plan, if
+    already built."""
     return assembled([model.declare() for model in (models or build(plan)).values()], plan.gravity)
 
 
@@ -263,7 +263,7 @@ def couplings(plan: Plan) -> list[Coupling]:
 
 
 def subscriptions(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> dict[str, tuple[str, ...]]:
-    """Return the nodes that receive the state events of each rope, support or threshold; `models` as for `system`."""
+    """Return the nodes that receive the state events of each rope, support or threshold."""
     found: dict[str, tuple[str, ...]] = {}
     for name, model in (models or build(plan)).items():
         for element in sorted({e for actor in _actors(model) for e in actor.hears}):

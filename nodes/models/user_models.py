@@ -63,8 +63,7 @@ class UserModelNode(Coupled):
 
 
 class Outside(Atomic):
-    """Placeholder for a user model whose set-points come from outside: from the program that steps the exported
-    scene."""
+    """Placeholder for a user model whose set-points come from the program that steps the exported scene."""
 
     def __init__(self, name: str, ports: str) -> None:
         super().__init__(name)
@@ -73,8 +72,8 @@ class Outside(Atomic):
 
 
 class SetPointDelay(Atomic):
-    """Passes on every nth set-point after a fixed delay [ns], which is the lookahead. It delays only one set-point at a
-    time, because a lookahead requires that an output is scheduled when its input arrives."""
+    """Atomic model that passes on every nth set-point after a fixed delay [ns], which is its lookahead. It delays only
+    one set-point at a time, because a lookahead requires that an output is scheduled when its input arrives."""
 
     into, out = In(SetPoint), Out(SetPoint)
 
@@ -84,7 +83,7 @@ class SetPointDelay(Atomic):
         self.number, self.of = number, of
 
     def start(self) -> None:
-        """Start without a set-point."""
+        """Start the set-point delay without a stored set-point."""
         self.heard = 0
         self.point: SetPoint | None = None
 
@@ -106,7 +105,7 @@ class SetPointDelay(Atomic):
             self.out.send(self.point)
 
     def internal(self) -> None:
-        """Wait for the next set-point."""
+        """Wait for the next set-point to be delayed."""
         self.point = None
         self.passivate()
 
@@ -124,11 +123,11 @@ class _Unit(Stepped):
         self.unit.check(own.signals)
 
     def external(self, e: int, x: Bag) -> None:
-        """Store the signals that arrive, for the next step."""
+        """Store the signals that arrive, as inputs of the FMU's next step."""
         self.unit.hold((name, value.value) for name, port in self.heard.items() for value in x.get(port, ()))
 
     def output(self) -> None:
-        """Send each output on its port."""
+        """Send each output of the FMU on its port."""
         for name, value in self.said.values:
             self.says[name].send(SetPoint(value))
 

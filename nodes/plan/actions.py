@@ -113,8 +113,10 @@ Condition: TypeAlias = (
 
 
 class Follow(Item, frozen=True, kw_only=True, tag="follow"):
-    """Order to an actuator to follow k1 s + kc cos s + ks sin s, where s is the coordinate of a master (a turn or a
-    measured angle), which starts at `s`; `law`: the coefficients (k1 [m/rad], kc [m], ks [m])."""
+    """Order to an actuator to follow the coordinate s of a master, with the reference k1 s + kc cos s + ks sin s.
+
+    The master is a turn or a measured angle, which starts at `s`; `law`: the coefficients (k1 [m/rad], kc [m], ks
+    [m])."""
 
     model: str
     actuator: str
@@ -129,7 +131,7 @@ class Follow(Item, frozen=True, kw_only=True, tag="follow"):
 
 
 class Motion(Item, frozen=True, kw_only=True, tag="motion"):
-    """Move an actuator by a signed distance, to a coordinate or, if both are None, without end.
+    """A motion of an actuator: by a signed distance, to a coordinate or, if both are None, without end.
 
     Coordinates are those of the actuator: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch's rope (hoisting
     is negative). `speed` is a magnitude if `by` or `to` is given, and signed otherwise. At its end positions an
@@ -181,8 +183,8 @@ class Turn(Item, frozen=True, kw_only=True, tag="turn"):
 
 
 class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
-    """Order to hook a sling to the lug `lug` at the point `p` [m] in the frame of the lug's body; if both are omitted,
-    to hook a mechanism's rope to its declared end point."""
+    """Order to hook a sling to the lug `lug` at the point `p` [m] in the frame of the lug's body. If both are omitted,
+    a mechanism's rope is hooked to its declared end point."""
 
     sling: str
     lug: str = ""
@@ -197,8 +199,7 @@ class UnhookSling(Item, frozen=True, kw_only=True, tag="unhook"):
 
 
 class BrakeOrder(Item, frozen=True, kw_only=True, tag="brake"):
-    """Order to engage or release a brake, the lock of a joint or of a beam's hinge, or to activate or bypass an
-    interlock."""
+    """Order to engage or release a brake or lock, or to activate or bypass an interlock."""
 
     model: str
     brake: str
@@ -239,8 +240,8 @@ class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
 
 
 class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
-    """Order to end another order: a move ramps down, a follower holds its position (`s`: value of the master at this
-    time), a threshold is no longer watched."""
+    """Order to end another order: a move ramps down, a follower holds its position, a threshold is no longer watched.
+    `s`: value of the master at this time."""
 
     s: float = 0.0
 
@@ -249,14 +250,14 @@ ActorCommand: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | B
 
 
 def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> ActorCommand:
-    """Return the part of an order that its actor needs; `more`: values of further fields. The line of the scene is left
-    out, because a run must not depend on line numbers."""
+    """Return a copy of an order as its actor gets it, without its line in the scene. A run must not depend on line
+    numbers. `more`: values of further fields."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 
 
 class Touch(Item, frozen=True, kw_only=True):
-    """Two objects that are allowed to touch, by name ("world" is the ground); `stays`: the permission also holds after
+    """Two objects that are allowed to touch, by name ("world" is the ground). `stays`: the permission also holds after
     this stage."""
 
     names: tuple[str, str]
@@ -279,5 +280,5 @@ class Action(Item, frozen=True, kw_only=True):
 
 
 def parts(action: Action) -> bool:
-    """Return whether a sling or rope is ordered to break in this action."""
+    """Return whether this action orders a sling or rope to part (to break)."""
     return any(isinstance(order, UnhookSling) and order.parted for order in action.orders)

@@ -10,8 +10,7 @@ LEVEL = ("travel", "traverse", "slew")  # verbs of drives that lower nothing
 
 
 def frames_on_hooks(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
-    """Return, by machine name, the hook from which each machine without hooks of its own (such as a lifting beam)
-    hangs."""
+    """Return, for each machine without hooks of its own (such as a lifting beam), the hook from which it hangs."""
     eyes = {hook.eye.body: hook for machine in machines for hook in machine.hooks}
     bodies = ((machine.name, body.name) for machine in machines if not machine.hooks for body in machine.system.bodies)
     return {name: eyes[body] for name, body in bodies if body in eyes}
@@ -32,7 +31,7 @@ def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
 
 
 def holders(machines: Sequence[Mechanism], body: str, hooked: Mapping[str, str]) -> tuple[list[Hoist], list[Mechanism]]:
-    """Return the hooks that hold a body by slings, and all machines that slings, ropes or joints connect with the body.
+    """Return the hooks that hold a body by slings, and all machines connected with it by slings, ropes or joints.
     `hooked`: the lug of each hooked sling."""
     places, ties = lug_places(machines), [tie for machine in machines for tie in machine.ties]
     loads = {place.body for place in places.values()}
@@ -51,7 +50,7 @@ def holders(machines: Sequence[Mechanism], body: str, hooked: Mapping[str, str])
 
 
 def lowering(machines: Sequence[Mechanism]) -> tuple[list[str], list[Drive]]:
-    """Return the winch ropes (except hook ropes) and the drives that can lower the loads of machines."""
+    """Return the drives, and the winch ropes other than hook ropes, that can lower the loads of machines."""
     hooks = {hook.rope for machine in machines for hook in machine.hooks}
     lowers = {x.name for m in machines for x in m.actuators if x.verb not in LEVEL} - hooks
     ropes = [rope.name for m in machines for rope in m.system.all_ropes if rope.name in lowers]

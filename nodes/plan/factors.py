@@ -12,8 +12,9 @@ Place: TypeAlias = Literal["onshore", "inshore", "offshore"]
 
 
 class Factors(Item, frozen=True, kw_only=True):
-    """Factors of a lift as given in a scene; an omitted factor is taken from the practice (standard) of the lift, if
-    its clause is known."""
+    """The load factors of a lift as given in a scene.
+
+    An omitted factor is taken from the practice (standard) of the lift, if its clause is known."""
 
     place: Place | None = None  # where it is; left out: onshore, unless something floats
     rigging: Annotated[float, Unit("mass", "zero")] | None = None  # slings and shackles on each hook; else of the gear
@@ -35,7 +36,7 @@ class Factors(Item, frozen=True, kw_only=True):
 
 
 class Factor(Item, frozen=True, kw_only=True):
-    """A factor applied to a load: name, value and source."""
+    """A load factor: name, value and source."""
 
     name: str
     value: float

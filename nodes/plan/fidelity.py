@@ -58,8 +58,9 @@ SHORTEST = 0.5  # [s] so long counts a stage in which the block comes off sooner
 
 
 class Fidelity(Item, frozen=True, kw_only=True):
-    """Model level of the machines; each field is applied by one pass over a machine. The fields are the keys of
-    `fidelity:` in a scene."""
+    """Model level of the machines, such as rigid, elastic or massive ropes.
+
+    Each field is a key of `fidelity:` in a scene, and is applied by one pass over a machine."""
 
     ropes: Literal["rigid", "elastic", "massive"] = "elastic"  # massive: chains of lumps
     lumps: Annotated[int, msgspec.Meta(ge=1, le=64)] = 4  # of a massive rope
@@ -101,15 +102,14 @@ def held_by(fidelity: Fidelity, joint: Joint) -> str:
 
 @dataclass(frozen=True)
 class Question:
-    """What a scene asks of its run: the quantities, and the largest accepted relative error of each (0.01 is 1 %)."""
+    """The quantities that a scene asks for, with the largest accepted relative error of each (0.01 is 1 %)."""
 
     ask: tuple[Asked, ...]
     accuracy: float
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True):
-    """Model level, method and tolerance chosen for the quantities and accuracy that a scene asks for, with the measured
-    errors.
+    """Model level, method and tolerance chosen for the requested quantities and accuracy, with the measured errors.
 
     `samples_hz`: samples per second that the results need (0: as in the plan); `errors`: the largest relative error for
     each quantity; `worst`: the result that has it; `figures`: errors of all results, including utilisations;
@@ -143,7 +143,7 @@ def percent(error: float) -> str:
 
 
 def planar(fidelity: Fidelity, machines: Sequence[Mechanism]) -> Fidelity:
-    """Return the fidelity with all joints locked that would leave the plane of motion; the locked joints are in a fixed
+    """Return the fidelity with all joints locked that would move bodies out of the plane of motion, in a fixed
     order."""
     joints = [joint for machine in machines for joint in machine.system.joints]
     locked = {*fidelity.locked}

@@ -18,8 +18,10 @@ class BarredActuator(Item, frozen=True, kw_only=True):
 
 
 class Interlock(Item, frozen=True, kw_only=True):
-    """An interlock of a machine. If `rising`, it trips when any of the guards reaches `value` from below, and resets
-    when all guards are below `resets`; if not `rising`, above and below are exchanged.
+    """An interlock of a machine: it trips when a guard reaches a value, and resets when all guards are back.
+
+    If `rising`, it trips when any of the guards reaches `value` from below, and resets when all guards are below
+    `resets`; if not `rising`, above and below are exchanged.
 
     `machine`: the model that has it; `text`: its condition in words; `tells`: text put before its message.
     """
@@ -38,8 +40,7 @@ class Interlock(Item, frozen=True, kw_only=True):
     """Hook ropes whose load or chart this interlock watches: overloads of these hooks do not make a scene invalid."""
 
     def message(self, bypassed: bool = False) -> tuple[State, str]:
-        """Return the state of the check (red, or a note if the interlock stops nothing and only reports) and the
-        sentence about a trip of the interlock."""
+        """Return the state of the check of an interlock, and the sentence about its trip."""
         did = "would have stopped, had it not been bypassed," if bypassed else "stopped"
         names = ", ".join(dict.fromkeys(driven(stopped.actuator) for stopped in self.stops))
         sentence = f"the interlock {self.name} {did} {names}: {self.text}" if self.stops else self.text

@@ -76,8 +76,8 @@ SIMULATED, ORDERED = "as simulated", "as ordered"  # where the value of a use co
 
 
 class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Static load on a part when its utilisation is highest, with its limit `bound` and its stage, or a clearance at
-    rest; `alone`: whether the limit already includes dynamics."""
+    """The static load on a part when its utilisation is highest, or a clearance at rest. `bound`: its limit; `alone`:
+    whether the limit already includes dynamics."""
 
     value: float
     bound: float
@@ -86,7 +86,7 @@ class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A limit of a subject: the value that a quantity may reach, and the source of this number.
+    """A limit: the value that a quantity of a subject may reach, and the source of this number.
 
     `value` [unit] is a single limit, `between` a lower and an upper one; `chart` holds points (x, value), where `over`
     names x, and the limit is interpolated between them unless x is a radius or an angle. Without any of these the limit
@@ -121,7 +121,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
     @property
     def loads(self) -> bool:
-        """Whether the quantity is proportional to the lifted load."""
+        """Whether the limited quantity is proportional to the lifted load."""
         return self.unit in ("N", "kg") or self.quantity == "rope factor"
 
     @property
@@ -130,8 +130,8 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return self.value is not None or self.between is not None or bool(self.chart)
 
     def at(self, x: float = 0.0) -> float:
-        """Return the value of the limit at the argument x of its chart (constant beyond the ends of the chart); raises
-        ValueError if the limit is unknown.
+        """Return the value of the limit at the argument x of its chart; raises ValueError if the limit is unknown. It
+        is constant beyond the ends of the chart.
 
         A chart over a radius or an angle is not interpolated: the value at the next larger x applies, and the limit is
         0 beyond the last x.
@@ -166,7 +166,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return value / bound if bound else inf * value if value else 0.0
 
     def met(self, value: float | None = None, t: float | None = None) -> "Use":
-        """Return the `Use` of this limit at time t [s], when its quantity has the given value; a clearance without a
+        """Return the utilisation of this limit by a value of its quantity at the time t [s]. A clearance without a
         value has its value at rest."""
         value = self.rest.value if value is None and self.rest and self.quantity == "clearance" else value
         return Use(self, value, t, use=None if value is None else self.use(value))
@@ -174,8 +174,8 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 @dataclass(frozen=True)
 class Use:
-    """The highest utilisation of a limit, with its value [unit of the limit], time [s] and stage; the value is None
-    without data.
+    """The highest utilisation of a limit, with the value of its quantity, the time [s] and the stage. The value [unit
+    of the limit] is None without data.
 
     `use` is 1 at the limit and larger beyond it; None if the limit is unknown.
     """
@@ -200,7 +200,7 @@ class Use:
 
     @property
     def at_worst(self) -> "Use":
-        """The `Use` of the limit at the worst corner of the uncertain inputs."""
+        """This utilisation of the limit at the worst corner of the uncertain inputs."""
         limit, value = self.limit, self.value
         if not limit.spread or value is None or self.use is None:
             return self
@@ -223,8 +223,9 @@ class Use:
 
 
 class Reach(msgspec.Struct, frozen=True, kw_only=True):
-    """Load on a hook [kg] at a radius [m] and a time [s], with the capacity by the radius chart [kg]; the time is the
-    beginning or end of a stage with load, or that of the highest utilisation."""
+    """Load on a hook [kg] at a radius [m] and a time [s], with the capacity by the radius chart [kg].
+
+    The time is the beginning or end of a stage with load, or that of the highest utilisation."""
 
     hook: str
     stage: str

@@ -81,7 +81,7 @@ class Tie(Item, frozen=True, kw_only=True):
 
 
 class Cell(Item, frozen=True, kw_only=True):
-    """A load cell, which reports when the total tension of its ropes exceeds `rated` [N]; `capacity`: allowed load
+    """A load cell, which reports when the total tension of its ropes exceeds `rated` [N]. `capacity`: allowed load
     below the hooks [kg]."""
 
     name: str
@@ -120,8 +120,9 @@ class Cargo(Item, frozen=True, kw_only=True):
 
 
 class Heavy(Item, frozen=True, kw_only=True):
-    """A rope that has mass at some model levels: `line` is the mass per length [kg/m] of all falls together. The falls
-    come first among the rope's lines.
+    """A rope that has mass at some model levels.
+
+    `line` is the mass per length [kg/m] of all falls together. The falls come first among the rope's lines.
 
     At the start, in the world frame: `ends`, the mean upper and lower ends of the falls; `beside`, the offsets of the
     falls from these means; `lead`, the length of the rope in its other lines [m]; `below`, the load on the rope [kg];
@@ -139,8 +140,9 @@ class Heavy(Item, frozen=True, kw_only=True):
 
 
 class BeamLoad(Item, frozen=True, kw_only=True):
-    """A force [N] on a beam at the start, at distance x along the beam, in the frame of its body; `rope`: the rope that
-    exerts the force (with the `share` of one line), or "" for a weight."""
+    """A force [N] on a beam at the start, at distance x along the beam, in the frame of its body.
+
+    `rope`: the rope that exerts the force (with the `share` of one line), or "" for a weight."""
 
     x: float
     p: Vector
@@ -150,8 +152,9 @@ class BeamLoad(Item, frozen=True, kw_only=True):
 
 
 class Bend(Item, frozen=True, kw_only=True):
-    """A body that bends at some model levels, as a beam along the x axis of its frame: flexible mass [kg], gravity in
-    its frame [m/s2] and forces on it at the start.
+    """A body that bends at some model levels, as a beam along the x axis of its frame.
+
+    It has its flexible mass [kg], gravity in its frame [m/s2] and forces on it at the start.
 
     A girder is a beam along the y axis, between legs at 0 and at its length, with the joints that slide on it, the
     stiffness at midspan [N/m] (0: no girder) and the height of its neutral axis [m].
@@ -212,9 +215,10 @@ class Footing(Item, frozen=True, kw_only=True):
 
 
 class Driven(Item, frozen=True, kw_only=True):
-    """An actuator that replays the log of a machine: at rest until the first time [ns], then changing linearly from
-    speed to speed (the first is 0), and at the end to rest with the deceleration `accel`; `source`: the column of the
-    log."""
+    """An actuator that replays a measured log.
+
+    It is at rest until the first time [ns], then changes linearly from speed to speed (the first is 0), and at the end
+    comes to rest with the deceleration `accel`; `source`: the column of the log."""
 
     actuator: str
     source: str

@@ -13,8 +13,7 @@ COMMAND = "command"  # what stands in place of the line of a command
 
 
 def place(plan: Plan, at: tuple[int, ...]) -> str:
-    """Return `file:line:column` of the action or order with the numbers `at`; if the place is unknown, return the
-    numbers in words."""
+    """Return `file:line:column` of the action or order with the numbers `at`, or these numbers in words if unknown."""
     action, order = _split(at)
     if action == ASIDE:
         return COMMAND

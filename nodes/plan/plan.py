@@ -35,8 +35,10 @@ LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wro
 
 class ActionList(Item, frozen=True, kw_only=True):
     """One of several action lists: the list starts at the action with number `first` and gives orders to these
-    machines. The list without machines belongs to the whole scene and begins the other lists. `fidelity` and `start`
-    are those of the lift."""
+    machines.
+
+    The list without machines belongs to the whole scene and begins the other lists. `fidelity` and `start` are those of
+    the lift."""
 
     name: str
     first: int
@@ -46,8 +48,8 @@ class ActionList(Item, frozen=True, kw_only=True):
 
 
 class Gear(Item, frozen=True, kw_only=True):
-    """An item of rigging gear: kind, number of pieces, working load limit [kg] and mass [kg] (0: unknown), standard,
-    termination, date of the certificate, and the places where it is used."""
+    """An item of rigging gear: number of pieces, working load limit [kg], mass [kg] (0: unknown), and where it is
+    used."""
 
     name: str
     kind: str
@@ -88,8 +90,7 @@ class Plan(Item, frozen=True, kw_only=True):
 
     @property
     def first(self) -> int:
-        """The number of the first action; in a plan with one of several lists, actions keep the numbers of the whole
-        scene."""
+        """The number of the first action in this plan."""
         return self.lists[0].first if self.lists else 0
 
     def action(self, number: int) -> Action:
@@ -119,7 +120,7 @@ def _canonical(plan: Plan) -> bytes:
 
 
 def decode(data: bytes) -> Plan:
-    """Decode a plan from canonical JSON of unknown origin; raises msgspec.ValidationError for an invalid plan."""
+    """Decode a plan from canonical JSON; raises msgspec.ValidationError for an invalid plan."""
     plan = _DECODER.decode(data)
     named(functions(plan))
     return plan

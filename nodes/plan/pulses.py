@@ -16,8 +16,9 @@ Speeds = tuple[tuple[int, float], ...]  # (time [ns], speed [m/s or rad/s]), str
 
 
 def ramp(pulses: int, speed: float, accel: float, period: float) -> tuple[tuple[float, float], ...]:
-    """Return points (time [s], speed) of a piecewise linear ramp from rest to a speed > 0; two pulses use at most the
-    acceleration `accel`. Pulses that would overlap have half the acceleration each."""
+    """Return points (time [s], speed) of a ramp from rest to a speed > 0 by one or two acceleration pulses.
+
+    Two pulses use at most the acceleration `accel`. Pulses that would overlap have half the acceleration each."""
     if pulses == 1:
         return (0.0, 0.0), (period, speed)
     half, lasts = 0.5 * period, 0.5 * speed / accel
@@ -30,8 +31,8 @@ def ramp(pulses: int, speed: float, accel: float, period: float) -> tuple[tuple[
 def times(
     pulses: int, distance: float | None, speed: float, accel: float, periods: tuple[float, float]
 ) -> tuple[float, float, float, float]:
-    """Return the speed reached over a distance > 0 (None: unlimited), and the durations [s] of the ramp up, the cruise
-    and the ramp down. The mean speed during a ramp is half the reached speed."""
+    """Return the speed reached over a distance > 0 (None: unlimited), and the durations [s] of ramp, cruise and ramp.
+    The mean speed during a ramp is half the reached speed."""
 
     def lasting(v: float) -> list[float]:
         return [ramp(pulses, v, accel, period)[-1][0] for period in periods]
@@ -54,8 +55,8 @@ def times(
 def profile(
     pulses: int, distance: float | None, speed: float, accel: float, periods: tuple[float, float], start: int
 ) -> Speeds:
-    """Return a speed profile from rest at `start` [ns] over a signed distance or, if the distance is None, up to a
-    signed speed."""
+    """Return a speed profile from rest at `start` [ns] over a signed distance or, if that is None, up to a signed
+    speed."""
     sign = -1.0 if (speed if distance is None else distance) < 0.0 else 1.0
     reached, first, cruise, _ = times(pulses, None if distance is None else abs(distance), abs(speed), accel, periods)
     rising = ramp(pulses, reached, accel, periods[0])
@@ -74,7 +75,7 @@ def stop(pulses: int, speed: float, accel: float, period: float, start: int) -> 
 
 
 def way(rows: Speeds) -> float:
-    """Return the distance covered by a speed profile."""
+    """Return the distance that a speed profile covers."""
     return sum(0.5 * (v + w) * (b - a) * 1e-9 for (a, v), (b, w) in pairwise(rows))
 
 
@@ -84,8 +85,8 @@ def _rounded(rows: list[tuple[float, float]], start: int) -> Speeds:
 
 
 def residual(pulses: int, speed: float, accel: float, chosen: float, period: float, gravity: float) -> float:
-    """Return the swing angle [rad] that a ramp leaves if the ramp is designed for the period `chosen` [s] but the
-    pendulum has the period `period` [s]."""
+    """Return the swing angle [rad] after a ramp designed for the period `chosen` [s] if the pendulum has `period`
+    [s]."""
     w = 2.0 * pi / period
     lasts = ramp(pulses, speed, accel, chosen)[-1][0] - 0.5 * chosen * (pulses == 2)  # one pulse
     left = 2.0 * speed / pulses / lasts / gravity * abs(sin(0.5 * w * lasts))

@@ -31,8 +31,9 @@ E_STEEL, FILL = 105e9, 0.586  # of a wire rope [Pa], and its metal over the circ
 
 @dataclass(frozen=True)
 class Solid:
-    """A box with edges `size` along the columns of R, or a ball of diameter size[0]; `centre` in the frame of its body
-    [m]; `machine`: name of the machine that it belongs to."""
+    """A box with edges `size` along the columns of R, or a ball of diameter size[0].
+
+    `centre` in the frame of its body [m]; `machine`: name of the machine that it belongs to."""
 
     thing: str
     part: str
@@ -57,8 +58,7 @@ class Strand:
 
 
 class Shapes:
-    """All shapes of a plan and the relations between them; a plan without a lift has only the shapes of its
-    contacts."""
+    """The shapes of all bodies and ropes of a plan, and the pairs of them that must keep a clearance."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.machines = plan, plan.machines
@@ -79,13 +79,13 @@ class Shapes:
 
     @cached_property
     def roots(self) -> list[str]:
-        """The lowest bodies of all cranes that travel and have hooks, each body once."""
+        """The lowest body of each crane that travels and has hooks, each body once."""
         found = dict.fromkeys(self.root(hook.on) for hook in self.hooks.values())
         return [body for body in found if body in self._carried and self._carried[body].kind == "prismatic"]
 
     def root(self, body: str) -> str:
-        """Return the body that carries a body through its joints and is nearest to the ground; the body may be given as
-        a station of a flexible body, such as `boom@40`."""
+        """Return the body nearest to the ground that carries a body through its joints. The body may be given as a
+        station of a flexible body, such as `boom@40`."""
         body = body.partition("@")[0]
         while (joint := self._carried.get(body)) is not None and joint.parent != WORLD:
             body = joint.parent
@@ -157,8 +157,7 @@ class Shapes:
         return {x.thing, x.rope, *rigging} - {""}
 
     def meeting(self, a: Solid | Strand, b: Solid | Strand) -> tuple[bool, bool]:
-        """Return two flags for a pair of shapes: whether a contact between the whole shapes keeps their bodies from
-        penetrating, and whether the bodies touch at the start."""
+        """Return whether a contact keeps two shapes from penetrating, and whether they touch at the start."""
         one, other = (getattr(x, "body", "") for x in (a, b))
         found = self._contacts.get(frozenset((one, other)), [])
         begins = any(contact.name in machine.closed for contact in found for machine in self.machines)
@@ -218,14 +217,13 @@ class Shapes:
         return joint is None or (joint.kind == "fixed" and self._still(joint.parent))
 
     def by_corners(self, a: str, b: str) -> bool:
-        """Return whether two bodies have only point contacts, so that other parts of the two bodies may penetrate each
-        other."""
+        """Return whether two bodies have only point contacts, so that other parts of the bodies may penetrate."""
         found = self._contacts.get(frozenset((a, b)), [])
         return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
 
     @cached_property
     def not_modelled(self) -> tuple[str, ...]:
-        """The clearances and tensions that are not checked, as phrases for reports."""
+        """The clearances and tensions that no check includes, as phrases for reports."""
         found, plan = [], self.plan
         if self.hooks:
             found.append("clearance of ropes to parts of their own crane, since scenes do not state its openings")

@@ -7,17 +7,18 @@ from .actions import Item, Move
 
 
 class Led(Item, frozen=True, kw_only=True):
-    """An output port whose set-points control the speed of an actuator, as an endless move with a ramp and a maximum
-    speed (0: unknown)."""
+    """An output port of a user model whose set-points control the speed of an actuator. The actuator makes an endless
+    move with a ramp and a maximum speed (0: unknown)."""
 
     port: str
     move: Move
 
 
 class UserModel(Item, frozen=True, kw_only=True):
-    """A user's model that runs as a node; `model` is `module:name`, an absolute path `file.py:name`, or the path of an
-    FMU. The model receives its `signals`, one for each port, every `period` [ns]; its set-points take effect `delay`
-    [ns] later."""
+    """A user's model that runs as a node.
+
+    `model` is `module:name`, an absolute path `file.py:name`, or the path of an FMU. The model receives its `signals`,
+    one for each port, every `period` [ns]; its set-points take effect `delay` [ns] later."""
 
     name: str
     model: str
@@ -29,7 +30,7 @@ class UserModel(Item, frozen=True, kw_only=True):
 
     @property
     def unit(self) -> bool:
-        """Whether the user model is an FMU."""
+        """Whether the user model is an FMU (a functional mock-up unit)."""
         return self.model.endswith(".fmu")
 
     @property

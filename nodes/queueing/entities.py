@@ -13,8 +13,7 @@ Discipline = Literal["first in, first out", "last in, first out", "priority"]
 
 
 class Entity(Message):
-    """A customer, job or part: its number, kind, priority (the lowest number is served first), and the time of its
-    creation [ns]."""
+    """A customer, job or part: number, kind, priority (lowest first), and the time of its creation [ns]."""
 
     units: ClassVar[Mapping[str, str]] = {"born": "ns"}
     number: int
@@ -34,7 +33,7 @@ class NetworkPart(Atomic):
 
     @property
     def ns(self) -> int:
-        """The present time [ns]."""
+        """The present simulation time [ns]."""
         return self._present.now[0]
 
 
@@ -57,14 +56,13 @@ class Waiting:
         heappush(self.heap, (entity.priority if self._by_priority else 0, turn, since, left, entity))
 
     def take(self) -> tuple[int, int, int, Entity]:
-        """Remove the first entity from the queue; return its service key, the time [ns] from which it has waited, the
-        rest of its service [ns], and the entity."""
+        """Remove the first entity from the queue and return it with its service key and times. The times are that from
+        which it has waited, and the rest of its service [ns]."""
         return heappop(self.heap)[1:]
 
 
 def turn_of(discipline: str, count: int) -> int:
-    """Return the service key of the `count`-th arrival under a queueing discipline; entities with smaller keys are
-    served first."""
+    """Return the service key of the `count`-th arrival; entities with smaller keys are served first."""
     return -count if discipline == "last in, first out" else count
 
 
@@ -75,8 +73,7 @@ def capacity_of(name: str, given: int | None) -> int | None:
 
 
 def shares_of(name: str, weights: tuple[float, ...]) -> list[float]:
-    """Return the cumulative probabilities of choices with these weights, except the last probability, which is 1;
-    raises ModelError for invalid weights."""
+    """Return the cumulative probabilities of choices with these weights, without the last, which is 1."""
     if not weights or not all(isfinite(x) and x >= 0 for x in weights) or not sum(weights):
         raise ModelError(f"{name}: weights {weights}; give numbers >= 0, one of them above zero")
     return [x / sum(weights) for x in accumulate(weights)][:-1]

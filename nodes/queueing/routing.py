@@ -11,8 +11,7 @@ from heavylift.nodes.queueing.entities import Entity, NetworkPart, Waiting, shar
 
 
 class MonitorStatistics(Message):
-    """Statistics of a monitored section: number of entities that left it; mean and largest number of entities in it;
-    mean time of an entity in it [s]."""
+    """Statistics of a monitored section: number of entities that left it, and mean time of an entity in it [s]."""
 
     units: ClassVar[Mapping[str, str]] = {"number": "1", "time": "s"}
     left: int
@@ -36,16 +35,16 @@ class _Forwarding(NetworkPart):
     """Base class of parts that send the entities in `leaving` at the next microstep."""
 
     def start(self) -> None:
-        """Start without entities to forward."""
+        """Start the model without entities to forward."""
         self.leaving = list[tuple[str, Entity]]()
 
     def output(self) -> None:
-        """Send all entities to be forwarded."""
+        """Send all entities that the model forwards now."""
         for port, entity in self.leaving:
             self.ports[port].send(entity)  # type: ignore[attr-defined]
 
     def internal(self) -> None:
-        """Clear the list of sent entities, and wait for input."""
+        """Clear the list of forwarded entities, and wait for input."""
         self.leaving = []
         self.passivate()
 
@@ -55,7 +54,7 @@ class _Forwarding(NetworkPart):
 
 
 class Branch(_Forwarding):
-    """Routes each entity at random, with given `weights` [1], to one of the output ports out0, out1, ..."""
+    """Routes each entity to one of the output ports out0, out1, ..., chosen at random by `weights` [1]."""
 
     into = In(Entity)
 
@@ -66,7 +65,7 @@ class Branch(_Forwarding):
             self.add_out(f"out{n}", Entity)
 
     def start(self) -> None:
-        """Create the random stream of the branch."""
+        """Create the branch's stream of random numbers."""
         super().start()
         self.random = stream(self.seed, self.path)
 
@@ -78,8 +77,7 @@ class Branch(_Forwarding):
 
 
 class Join(_Forwarding):
-    """Reunites the parts of an entity: when `parts` entities with the same number have arrived, it sends the last
-    one."""
+    """Reunites the parts of an entity: of `parts` entities with the same number it passes on the last."""
 
     into, out = In(Entity), Out(Entity)
 
@@ -88,12 +86,12 @@ class Join(_Forwarding):
         self.parts = parts
 
     def start(self) -> None:
-        """Start with no part received."""
+        """Start the join with no part received."""
         super().start()
         self.arrived = dict[int, int]()
 
     def external(self, e: int, x: Bag) -> None:
-        """Count the arriving parts of each number."""
+        """Count the parts with each number that have arrived at the join."""
         for entity in x[self.into]:
             count = self.arrived.pop(entity.number, 0) + 1
             if count == self.parts:
@@ -104,8 +102,8 @@ class Join(_Forwarding):
 
 
 class Resource(_Forwarding):
-    """A number of equal units: an entity that arrives seizes one unit and leaves through the port `seized`; when the
-    entity arrives at the port `release`, the unit is free again."""
+    """A number of equal units, which entities seize and release. An entity that arrives seizes one unit and leaves
+    through the port `seized`; when the entity arrives at the port `release`, the unit is free again."""
 
     request, release, seized = In(Entity), In(Entity), Out(Entity)
 
@@ -155,11 +153,11 @@ class Monitor(NetworkPart):
     enter, leave = In(Entity), In(Entity)
 
     def start(self) -> None:
-        """Start with no entity between the two points."""
+        """Start with no entity in the monitored section."""
         self.inside, self.number, self.times = dict[int, int](), TimeWeighted(), Tally()
 
     def external(self, e: int, x: Bag) -> None:
-        """Record the entities that pass the first and the second point."""
+        """Record the entities that enter or leave the monitored section."""
         now = self.now
         for entity in x[self.enter]:
             self.inside[entity.number] = now.t

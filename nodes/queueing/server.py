@@ -13,16 +13,16 @@ What = Literal["served", "fails", "repaired", "lost", "asks"]  # in the end of a
 
 
 class Failures:
-    """Failures of a server's unit, both while busy and while idle: distributions of the time to failure and of the
-    repair time; an interrupted job continues after the repair."""
+    """Failures of a server's units: distributions of the time to failure and of the repair time. Units fail both while
+    busy and while idle; an interrupted job continues after the repair."""
 
     def __init__(self, up: Distribution, down: Distribution) -> None:
         self.up, self.down = up, down
 
 
 class ServerStatistics(Message):
-    """Statistics of a server: entities served, lost and interrupted; mean waiting time before service [s]; mean queue
-    length; mean numbers of busy and of available units."""
+    """Statistics of a server: entities served, lost and interrupted, mean waiting time before service [s]. Also the
+    mean queue length, and the mean numbers of busy and of available units."""
 
     units: ClassVar[Mapping[str, str]] = {"wait": "s", "line": "1", "busy": "1", "available": "1"}
     served: int
@@ -66,7 +66,7 @@ class Server(NetworkPart):
         self.capacity, self.failures, self.pulls, self.seed = capacity_of(name, capacity), failures, pulls, seed
 
     def start(self) -> None:
-        """Start with all units idle and available."""
+        """Start the server with all units idle and available."""
         self.random, self.marks = stream(self.seed, self.path), 0
         self.waiting, self.idle = Waiting(self.discipline), list(range(self.units))
         self.serving = list[tuple[int, int, int, int, Entity] | None]([None] * self.units)  # mark, end, turn, since
@@ -83,7 +83,7 @@ class Server(NetworkPart):
         self.schedule()
 
     def external(self, e: int, x: Bag) -> None:
-        """Serve, queue or lose the arriving entities."""
+        """Serve, queue or lose the entities that arrive at the server."""
         now, more = self.ns, x[self.into]
         for entity in more:
             if self.idle:
@@ -99,7 +99,7 @@ class Server(NetworkPart):
         self.schedule()
 
     def output(self) -> None:
-        """Send a served entity, a lost entity or a demand."""
+        """Send an entity that the server has served or lost, or its demand for entities."""
         _, mark, unit, what = self.due[0]
         if what == "served":
             self.done.send(self.serving[unit][4])  # type: ignore[index]
@@ -109,7 +109,7 @@ class Server(NetworkPart):
             self.ready.send(Demand(unit))
 
     def internal(self) -> None:
-        """Handle the end of a service, a failure or a repair."""
+        """Handle the end of a service, a failure or a repair at the server."""
         now, mark, unit, what = heappop(self.due)
         if what == "served":
             self.served += 1
@@ -125,7 +125,7 @@ class Server(NetworkPart):
         self.schedule()
 
     def fail(self, unit: int, now: int) -> None:
-        """Stop a unit that fails; the entity in service stays on the unit."""
+        """Stop a unit of the server that fails; the entity in service stays on the unit."""
         assert self.failures
         if (job := self.serving[unit]) is None:
             self.idle.remove(unit)
@@ -135,7 +135,7 @@ class Server(NetworkPart):
         self.later(now + seconds(self.failures.down.draw(self.random)), unit, "repaired")
 
     def repair(self, unit: int, now: int) -> None:
-        """Return a repaired unit to service, which continues its interrupted job."""
+        """Return a repaired unit to service; it continues its interrupted job."""
         assert self.failures
         left, job = self.broken.pop(unit), self.serving[unit]
         if job is None:
@@ -161,16 +161,15 @@ class Server(NetworkPart):
         self.waiting.put(turn, since, end - now, entity)
 
     def preempts(self, now: int) -> bool:
-        """If the first waiting entity has a higher priority than an entity in service, interrupt that service; return
-        whether this happened."""
+        """Interrupt a service if the first waiting entity has a higher priority; return whether this happened."""
         unit = self.lowest(self.waiting.heap[0][4]) if self.preemptive else -1
         if unit >= 0:
             self.interrupt(unit, now)
         return unit >= 0
 
     def lowest(self, entity: Entity) -> int:
-        """Return the working unit whose entity has the lowest priority, if this priority is lower than that of the
-        given entity; -1 otherwise."""
+        """Return the busy unit whose entity has the lowest priority, if this is lower than that of an entity; else
+        -1."""
         if not self.preemptive:
             return -1
         jobs = [(job[4].priority, job[2], unit) for unit, job in enumerate(self.serving) if job and job[0]]
@@ -194,8 +193,7 @@ class Server(NetworkPart):
         return self.marks
 
     def schedule(self) -> None:
-        """Schedule the next internal transition at the earliest event of all units; discard the ends of interrupted
-        services."""
+        """Schedule the server's next internal transition at the earliest event of all units."""
         due, serving, waiting, down = self.due, self.serving, len(self.waiting.heap), len(self.broken)
         while due and due[0][3] == "served" and ((job := serving[due[0][2]]) is None or job[0] != due[0][1]):
             heappop(due)

@@ -20,8 +20,7 @@ class SourceStatistics(Message):
 
 
 class WaitingStatistics(Message):
-    """Statistics of a queue: numbers of entities that passed and that were lost; mean time in the queue [s]; mean and
-    largest queue length."""
+    """Statistics of a queue: entities passed and lost, mean time in the queue [s], mean and largest queue length."""
 
     units: ClassVar[Mapping[str, str]] = {"wait": "s", "length": "1"}
     passed: int
@@ -32,8 +31,7 @@ class WaitingStatistics(Message):
 
 
 class SinkStatistics(Message):
-    """Statistics of a sink: number of entities that arrived; mean, standard deviation, minimum and maximum of their
-    time in the network [s]."""
+    """Statistics of a sink: number of entities that arrived, and statistics of their time in the network [s]."""
 
     units: ClassVar[Mapping[str, str]] = {"mean": "s", "deviation": "s", "least": "s", "most": "s"}
     count: int
@@ -44,7 +42,7 @@ class SinkStatistics(Message):
 
 
 class Source(NetworkPart):
-    """Sends entities at random intervals, the first after one interval, and at most `most` of them; their priorities
+    """Sends entities at random intervals, the first after one interval, and at most `most` of them. Their priorities
     are drawn at random by `weights` [1]."""
 
     out = Out(Entity)
@@ -106,7 +104,7 @@ class Queue(NetworkPart):
         self.waits, self.length, self.losses = Tally(), TimeWeighted(), 0
 
     def external(self, e: int, x: Bag) -> None:
-        """Add arriving entities and demands, and match them."""
+        """Add arriving entities and demands to the queue, and match them."""
         now = self.now
         self.demanded += sum(demand.count for demand in x[self.demand])
         for entity in x[self.into]:
@@ -130,14 +128,14 @@ class Queue(NetworkPart):
             self.leaving.append(entity)
 
     def output(self) -> None:
-        """Send the selected entities and the lost ones."""
+        """Send the entities that leave the queue for servers, and those lost at a full queue."""
         for entity in self.leaving:
             self.out.send(entity)
         for entity in self.balked:
             self.lost.send(entity)
 
     def internal(self) -> None:
-        """Remove the entities that were sent from the list to send."""
+        """Clear the list of entities that the queue has just sent."""
         self.leaving, self.balked = [], []
         self.passivate()
 
@@ -163,7 +161,7 @@ class Delay(NetworkPart):
         self.held = list[tuple[int, int, Entity]]()
 
     def external(self, e: int, x: Bag) -> None:
-        """Draw a delay for each arriving entity."""
+        """Draw a delay for each entity that arrives."""
         for entity in x[self.into]:
             self.count += 1
             heappush(self.held, (self.ns + seconds(self.time.draw(self.random)), self.count, entity))
@@ -176,7 +174,7 @@ class Delay(NetworkPart):
                 self.out.send(entity)
 
     def internal(self) -> None:
-        """Remove the entities that were sent."""
+        """Remove the entities that the delay has just sent."""
         at = self.held[0][0]
         while self.held and self.held[0][0] == at:
             heappop(self.held)
@@ -189,7 +187,7 @@ class Sink(NetworkPart):
     into = In(Entity)
 
     def start(self) -> None:
-        """Start with no entity counted."""
+        """Start the sink with no entity counted."""
         self.times = Tally()
 
     def external(self, e: int, x: Bag) -> None:

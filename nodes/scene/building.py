@@ -59,7 +59,7 @@ CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples
 
 
 def facts(scene: schema.Scene) -> SceneFacts:
-    """Return the settings of a scene that control how to run it and are not part of its plan."""
+    """Return the settings of a scene for its run, such as method and accuracy, which are not part of its plan."""
     return SceneFacts(
         own=scene.ask,
         written=scene.accuracy,
@@ -79,8 +79,9 @@ def facts(scene: schema.Scene) -> SceneFacts:
 def build(
     path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Parse the text of a scene, apply settings, and build the scene. `passing`: the scene is one of many variants and
-    is not cached; `followed`: compute the equilibrium path."""
+    """Parse the text of a scene, apply settings, and build the scene.
+
+    `passing`: the scene is one of many variants and is not cached; `followed`: compute the equilibrium path."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
@@ -135,7 +136,7 @@ def _built(
     known_corners = dict[str, LoadedScene]()
 
     def other(values: Mapping[InData, Data]) -> LoadedScene:
-        """Build the scene with other values of some inputs; the limits of the nominal scene are not checked first."""
+        """Build the scene with other values of some inputs, without first checking the limits of the nominal scene."""
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
             own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
@@ -145,8 +146,7 @@ def _built(
         return known_corners[name]
 
     def shifted(centres: Centres) -> LoadedScene:
-        """Build the scene with other centres of mass of its blocks, and with only the limits from which design loads
-        are computed."""
+        """Build the scene with other centres of mass of its blocks, and with its limits of loads only."""
         moved = _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
         limits = tuple(x for x in moved.plan.limits if x.quantity in (*BASES.values(), *BEARING))
         return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))

@@ -43,8 +43,7 @@ Sizes = Callable[[LoadedScene], dict[Key, float]]
 
 @dataclass(frozen=True)
 class Ends:
-    """Both ends of the range of an uncertain input, as text, with the path of the input and a description of its
-    uncertainty."""
+    """Both ends of the range of an uncertain input, as text with units."""
 
     path: Path
     message: str
@@ -52,8 +51,8 @@ class Ends:
 
 
 def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
-    """Return both ends of each uncertain input: for a normal distribution the ends of the 95 % interval, for a uniform
-    one its bounds."""
+    """Return both ends of each uncertain input: those of its 95 % interval or, for a uniform distribution, its
+    bounds."""
     found = []
     for path, each in stated.items():
         at = quantity_at(scene, path)
@@ -96,10 +95,11 @@ def rated(
     build: Build,
     shift: Callable[[Centres], LoadedScene],
 ) -> list[RatedLimit]:
-    """Return the limits of a scene and of its design loads, each with the increase of utilisation at the worst corner
-    of its uncertain inputs, and by the contingencies of weight and centre of mass. A corner that cannot be evaluated
-    adds a limit without a value. `bases`: the scene with the limits from which design loads are made; `build` and
-    `shift` make it with other inputs and centres of mass."""
+    """Return the limits of a scene and of its design loads, with the increase of utilisation at the worst corner.
+
+    Corners are those of the uncertain inputs and of the contingencies of weight and centre of mass; one that cannot be
+    evaluated adds a limit without a value. `bases`: the scene with the limits from which design loads are made; `build`
+    and `shift` make it with other inputs and centres of mass."""
     given, corners = scene.all_factors, Corners(nominal)
     corners.search(ends, build)
     limits = [_spread(limit, corners) for limit in nominal.plan.limits]
@@ -179,8 +179,8 @@ def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
 
 
 class Corners:
-    """Search over the corners of the uncertain inputs for the highest utilisation of each limit (or another value of a
-    scene). `moved`: the inputs that influence each value."""
+    """Search over the corners of the uncertain inputs for the highest utilisation of each limit. Other values of a
+    scene can be searched too. `moved`: the inputs that influence each value."""
 
     def __init__(self, nominal: LoadedScene, sizes: Sizes | None = None) -> None:
         self._sizes = sizes or _uses

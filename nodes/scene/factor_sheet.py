@@ -27,7 +27,7 @@ def hooks(plan: Plan) -> Table:
 
 
 def charts_used(found: Sequence[Reach]) -> Table:
-    """Return the table of radius and utilisation of the load charts in each stage, with rows only where they change."""
+    """Return the table of radius and utilisation of the load charts in each stage, as far as they change."""
     numbers = [(x.hook, x.stage, f"{x.radius:.2f} {x.load:.0f} {x.capacity:.0f}") for x in found]
     changed = (x for i, x in enumerate(found) if not i or numbers[i] != numbers[i - 1])
     rows = tuple(
@@ -39,8 +39,7 @@ def charts_used(found: Sequence[Reach]) -> Table:
 
 
 def rigging(plan: Plan, uses: Sequence[Use], *, ran: bool = True) -> Iterator[Table]:
-    """Yield the tables that show the static loads, the factors, the design loads and the maxima of a run (if it `ran`);
-    then the gear list."""
+    """Yield the tables of a rigging sheet: static loads, factors, design loads, maxima of a run (if it `ran`), gear."""
     met = {(use.limit.subject, use.limit.quantity): use.value for use in uses}
     for of, unit, message in (("", "kg", "t"), (" of slings", "N", "kN")):
         mine, rows = [use for use in uses if use.limit.rest and use.value and use.limit.unit == unit], []
@@ -71,7 +70,7 @@ def rigging(plan: Plan, uses: Sequence[Use], *, ran: bool = True) -> Iterator[Ta
 
 
 def sources(uses: Sequence[Use]) -> list[str]:
-    """Return the sources of the factors in these uses, without repetition."""
+    """Return the sources of the load factors of these limits, without repetition."""
     found: dict[tuple[str, str], list[float]] = {}
     for x in (x for use in uses for x in use.limit.factors):
         found.setdefault((x.name, x.source), []).append(x.value)

@@ -51,9 +51,10 @@ USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depen
 
 @dataclass(frozen=True)
 class Input:
-    """An input of a scene: its name, its value, scale and bounds in SI units, its unit with other allowed units, and
-    its path. `whole`: a setting that must be applied first because it writes the whole list, with default values, to
-    which the input belongs."""
+    """An input of a scene: its name, its value, scale and bounds in SI units, its unit, and its path.
+
+    `whole`: a setting that must be applied first because it writes the whole list, with default values, to which the
+    input belongs."""
 
     name: str
     value: float
@@ -70,8 +71,8 @@ class Input:
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
-        """Return the value and its expanded uncertainty (two standard uncertainties) as text, both rounded to the
-        second significant digit of the uncertainty."""
+        """Return the value and its expanded uncertainty (two standard uncertainties) as rounded text. Both are rounded
+        to the second significant digit of the uncertainty."""
         half = 2.0 * sigma / self.factor
         places = 1 - floor(log10(half)) if half > 0.0 else DIGITS
         texts = (f"{round(x, places):.{max(0, places)}f} {self.unit}" for x in (value / self.factor, half))
@@ -81,8 +82,8 @@ class Input:
 
 @dataclass(frozen=True)
 class UncertainInput(Input):
-    """An input with its standard uncertainty in SI units; `kind`: normal, or uniform between value -+ sqrt(3) standard
-    uncertainties."""
+    """An input with its standard uncertainty in SI units; its distribution `kind` is normal or uniform. A uniform one
+    lies between value -+ sqrt(3) standard uncertainties."""
 
     kind: Kind = "normal"
     sd: float = 0.0
@@ -94,8 +95,7 @@ class UncertainInput(Input):
 
     @property
     def spread(self) -> str:
-        """Name and half-width of the uncertainty as text: in per cent of the value, or in its unit for places, angles
-        and ratios."""
+        """Name and half-width of the uncertainty as text, in per cent of the value or in its unit."""
         if self.value and not {"m", "deg", ""} & set(self.units):
             return f"{self.name} {100.0 * self.half / abs(self.value):.2g} %"
         return f"{self.name} {self.half / self.factor:.2g} {self.unit}".strip()
@@ -143,8 +143,8 @@ def _of_lift(scene: LoadedScene, name: str) -> Iterator[UncertainInput]:
 
 
 def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
-    """Return a value with its 95 % uncertainty as text; without the uncertainty if the scene would not accept it for
-    this input."""
+    """Return a value with its 95 % uncertainty as text. The uncertainty is left out if the scene would not accept it
+    for this input."""
     _, kind = _input(scene, _source(scene)[0], one.name)
     try:
         standard(Stated(value, "+-", half), kind)
@@ -163,7 +163,7 @@ def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]
 
 
 def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:
-    """Return settings, in the form of `--set`, that give these values to the inputs."""
+    """Return the settings, in the form of `--set`, that give these values to the inputs."""
     first = dict.fromkeys(p.whole for p in changed if p.whole)
     return [*first, *(f"{'.'.join(map(str, p.path))}={text}" for p, text in zip(changed, values, strict=True))]
 

@@ -60,8 +60,8 @@ EVERY = "all"  # subject of limits of the whole scene, and its own action list
 
 
 def source_of(whole: SourceText, name: str, path: Path, at: tuple[float, float]) -> SourceText:
-    """Return the source of an instance: the keys of the instance merged over the scene that it extends. `at`: origin of
-    the instance [m]."""
+    """Return the source of one lift of a scene: its keys merged over the scene that it extends. `at`: origin of the
+    lift [m]."""
     base = ("lifts", name)
     keys, values = (
         {at[2:]: mark for at, mark in some.items() if at[:2] == base} for some in (whole.keys, whole.values)
@@ -91,8 +91,7 @@ def source_of(whole: SourceText, name: str, path: Path, at: tuple[float, float])
 def several(
     source: SourceText, scene: Scene, path: Path, built: Callable[[SourceText], LoadedScene]
 ) -> tuple[Plan, Followed, dict[str, LoadedScene]]:
-    """Return the plan of all instances, their equilibrium paths one after the other, and the scene of each instance by
-    itself."""
+    """Return the plan of all lifts of a scene, their joined equilibrium paths, and the scene of each lift by itself."""
     for key in sorted(scene.model_fields_set & {*MACHINES}):
         message = "a scene of several lifts has nothing else: what belongs to one of them stands there"
         source.fault((key,), message, on_key=True)
@@ -245,7 +244,7 @@ def _together(states: list[StaticState]) -> StaticState:
 
 
 def moved(x: Any, prefix: str, d: Vector) -> Any:
-    """Return a plan or description with a prefix added to all names, moved by d [m] in the world frame."""
+    """Return a plan or description moved by d [m] in the world frame, with a prefix added to all names."""
     if isinstance(x, tuple):
         return tuple(moved(each, prefix, d) for each in x)
     if isinstance(x, dict):

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class SceneFacts(msgspec.Struct, frozen=True):
-    """Settings of a scene that are not part of its plan.
+    """Settings of a scene for its run, such as method and accuracy, which are not part of its plan.
 
     `own`: quantities that the scene asks for; `written`: accuracy, if given; `named`: keys that fix how the scene is
     run; `placement`: process of each node; `remote`: processes on other hosts; `tandem`: share of its capacity that
@@ -41,14 +41,15 @@ class SceneFacts(msgspec.Struct, frozen=True):
 
     @property
     def ask(self) -> tuple[Asked, ...]:
-        """The quantities that the scene asks for; the default quantities if the scene leaves the choice of the model
-        and the method open."""
+        """The quantities that the scene asks for.
+
+        They are the default quantities if the scene leaves the choice of the model and the method open."""
         return self.own if {*self.named} - {"samples"} else MEANT
 
     @property
     def accuracy(self) -> float:
-        """Largest accepted relative error of each quantity that the scene asks for, or of rope tensions if the scene
-        asks for none (0.01 is 1 %)."""
+        """Largest accepted relative error of the quantities that the scene asks for (0.01 is 1 %). If the scene asks
+        for none, of rope tensions."""
         return self.written or (USUAL if self.ask else OF_TENSIONS)
 
 
@@ -101,8 +102,8 @@ class LoadedScene:
 
     @cached_property
     def uses(self) -> list[Use]:
-        """The highest utilisation of each limit on the equilibrium path and, for a lift, at the end positions of
-        moves."""
+        """The highest static utilisation of each limit on the equilibrium path. For a lift, the end positions of moves
+        count too."""
         if not self.plan.limits or (self.lifts and not self.states):
             return []
         path, starts = self.plan, [x.start or 0.0 for x in self.scene.lifts.values()] if self.apart else [0.0]

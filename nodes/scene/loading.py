@@ -83,8 +83,9 @@ def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
 def parse(
     text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Return the scene of a YAML text. `passing`: the scene is one of many variants and is not cached; `followed`:
-    compute the equilibrium path."""
+    """Return the scene of a YAML text.
+
+    `passing`: the scene is one of many variants and is not cached; `followed`: compute the equilibrium path."""
     from .building import build
 
     return replace(build(Path(name), name, text, overrides, passing, followed), typed=name)

@@ -169,8 +169,9 @@ def _turned(built: plan.Plan, state: StaticState) -> str:
 
 
 def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
-    """Return the load of a hook [kg]: the vertical pull of its slings or, if its slings bend over edges or hang on
-    frames, the vertical pull of its rope."""
+    """Return the load of a hook [kg] as the vertical pull of its slings.
+
+    If its slings bend over edges or hang on frames, it is the vertical pull of its rope."""
     lugs, ties = lug_places(built.machines), [*ties_on(built.machines, hook)]
     straight = {rope.name for machine in built.machines for rope in machine.system.straight_ropes}
     ends = [(tie, lugs.get(state.hooked.get(tie.rope, "")) or tie.lower) for tie in ties]

@@ -80,8 +80,8 @@ actions:
 
 
 def new_scene(name: str, like: str) -> str:
-    """Return the text of a new scene: a copy of a bundled scene under the new name, from which the name of its
-    recording follows."""
+    """Return the text of a new scene: a copy of a bundled scene under the new name. The name of its recording follows
+    from that name."""
     path = scene_file(like)
     text = re.sub(r"^name: \S+", lambda _: f"name: {name}", scene_text(path, like), count=1, flags=re.M)
     text = re.sub(r"^project:.*", PROJECT, text, flags=re.M)  # it names the other lift
@@ -89,8 +89,8 @@ def new_scene(name: str, like: str) -> str:
 
 
 def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
-    """Return the texts of new scenes by name, in which a crane lifts the block in one row of a table
-    (`blocks.csv#B17`), or one scene for each row of the table."""
+    """Return the texts of new scenes by name, in which a crane lifts a block from a table (`blocks.csv#B17`). There is
+    one scene for the named row, or one for each row of the table."""
     file, _, row = blocks.partition("#")
     rows = [row] if row else row_names(Path(), file)
     names = [name] if len(rows) == 1 else [f"{name}-{row}" for row in rows]

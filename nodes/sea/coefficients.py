@@ -47,9 +47,10 @@ def hull_of(
     depth: float | None = None,
     drift: Path | None = None,
 ) -> Hydrodynamics:
-    """Return the hydrodynamics of a hull from a netCDF file (.nc) of Capytaine, from Nemoh.cal with the files of NEMOH
-    beside it, or from the files NAME.1, .3 and .hst of WAMIT with the displaced volume [m3], the height of the centre
-    of mass above the waterline [m], ULEN [m] and the depth of the water [m]; `drift`: a file of mean drift of WAMIT.
+    """Return the hydrodynamics of a hull from files of Capytaine (.nc), NEMOH (Nemoh.cal) or WAMIT (.1, .3 and .hst).
+
+    WAMIT needs the displaced volume [m3], the height of the centre of mass above the waterline [m], ULEN [m] and the
+    depth of the water [m]; `drift`: a file of mean drift of WAMIT.
 
     Raises SceneError if a file cannot be read, or if the radiation fit is too inaccurate.
     """
@@ -79,9 +80,10 @@ def hull_of(
 
 
 def computed(mesh: Path, depth: float | None = None) -> Path:
-    """Compute the hydrodynamic coefficients of a mesh (waterline at z = 0, bow along x) with Capytaine, write them to a
-    netCDF file next to the mesh, and return the path of the file. `depth`: of the water [m]. Raises SceneError if the
-    computation fails."""
+    """Compute the hydrodynamic coefficients of a mesh with Capytaine, and return the path of their netCDF file.
+
+    The mesh has its waterline at z = 0 and its bow along x; the file is written beside it. `depth`: of the water [m].
+    Raises SceneError if the computation fails."""
     missing = SceneError("coefficients of a mesh are computed by Capytaine: pip install 'heavylift[sea]'")
     cpt, xr = extra("capytaine", missing), extra("xarray", missing)
     try:

@@ -37,8 +37,9 @@ DENSITY, GRAVITY = 1025.0, 9.81  # [kg/m3], [m/s2] where a file does not give th
 
 @dataclass(frozen=True)
 class Still:
-    """A hull at rest: hydrostatic stiffness K (6, 6), displaced volume [m3], height of the centre of mass to which K
-    belongs [m], centre of buoyancy [m], if it is known, and the place x, y [m] of its axes."""
+    """A hull at rest: hydrostatic stiffness K (6, 6), displaced volume [m3], and centre of buoyancy, if it is known.
+
+    Also the height of the centre of mass to which K belongs [m], and the place x, y [m] of its axes."""
 
     K: np.ndarray
     volume: float
@@ -49,9 +50,10 @@ class Still:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Coefficients by frequency w (n,) [rad/s], in ascending order: added mass A and damping B (n, m, m), added mass at
-    infinite frequency (m, m), loads X (headings, n, m) by heading [rad] for exp(+iwt), of a hull at rest or of two of
-    them, with six modes each; density [kg/m3], gravity [m/s2] and depth of the water [m]."""
+    """Added mass, damping and wave loads of one or two hulls at rest by frequency w (n,) [rad/s], in ascending order.
+
+    Added mass A and damping B (n, m, m), added mass at infinite frequency (m, m), loads X (headings, n, m) by heading
+    [rad] for exp(+iwt), with six modes for each hull; density [kg/m3], gravity [m/s2] and depth of the water [m]."""
 
     w: np.ndarray
     A: np.ndarray
@@ -65,8 +67,9 @@ class Coefficients:
     depth: float = inf
 
     def about(self, *points: Sequence[float]) -> "Coefficients":
-        """Return the coefficients of hulls whose rotations and moments are about these points, with phases of loads at
-        the origin of the file, transformed to the points of the waterline above or below them, with phases there."""
+        """Return the coefficients about points of the waterline, transformed from those about the given points. The
+        given points are one for each hull, and the waterline's are above or below them. Phases of loads, given at the
+        origin of the file, become those there."""
         T, X = np.eye(6 * len(points)), self.X.copy()  # velocities there, of those on the waterline
         k = np.array([wave_number(w, self.gravity, self.depth if isfinite(self.depth) else None) for w in self.w])
         for i, (x, y, z) in enumerate(points):
@@ -230,8 +233,10 @@ def _described(path: Path) -> tuple[list[Still], list[tuple[float, float, float]
 
 
 def drift_of(path: Path, weight: float, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return frequencies [rad/s], headings [rad] and mean drift (headings, frequencies, 3) in surge, sway and yaw from
-    a WAMIT file NAME.8 or NAME.9. `weight`: specific weight of the water [N/m3]; `length`: ULEN [m].
+    """Return the mean drift forces in surge, sway and yaw from a WAMIT file NAME.8 or NAME.9.
+
+    They are (headings, frequencies, 3), after the frequencies [rad/s] and headings [rad]. `weight`: specific weight of
+    the water [N/m3]; `length`: ULEN [m].
 
     Its columns are period [s], two headings [deg] of which equal ones count, mode, modulus, phase, real and imaginary
     part relative to rho g L^m, m = 1 or 2. Raises SceneError if the file has other contents.

@@ -26,8 +26,8 @@ STEPS = 40  # of Newton's method for a scale, which needs less than ten
 
 
 class Extreme(NamedTuple):
-    """Estimated quantile of the largest value in a run, the distance to its upper 95 % confidence bound (infinite if
-    there are too few values), and the method of estimation."""
+    """Estimated quantile of the largest value in a run, with its confidence bound and the method of estimation.
+    `above`: distance to the upper 95 % bound, infinite if there are too few values."""
 
     value: float
     above: float
@@ -42,8 +42,8 @@ def part_of(quantile: str, length: float, duration: float | None) -> float:
 
 
 def extreme(values: Sequence[float], part: float) -> Extreme:
-    """Return the quantile with probability `part` of the largest values, one for each seed; a value of minus infinity
-    means that a seed has none."""
+    """Estimate the quantile with probability `part` of the largest value in a run from the largest values of seeds. A
+    value of minus infinity means that a seed has none."""
     x = np.sort(np.asarray(values, float))
     least, most = float(x[0]), float(x[-1])
     if isfinite(least) and isfinite(most):

@@ -53,8 +53,8 @@ class WaveLoads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class MeanDrift(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Mean drift divided by the square of the wave amplitude: surge and sway [N/m2] and yaw [N/m], over frequencies and
-    headings as in `WaveLoads`."""
+    """Mean drift forces divided by the square of the wave amplitude: surge and sway [N/m2] and yaw [N/m]. Frequencies
+    and headings as in `WaveLoads`."""
 
     frequencies: tuple[float, ...]
     headings: tuple[float, ...]
@@ -62,9 +62,10 @@ class MeanDrift(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The hydrodynamics of a hull at one draught. `metacentres`: heights of the transverse and the longitudinal
-    metacentre above the waterline [m]; `symmetric`: port and starboard are alike, so the headings cover only half a
-    turn."""
+    """The hydrodynamics of a hull at one draught: hydrostatics, radiation and wave loads.
+
+    `metacentres`: heights of the transverse and the longitudinal metacentre above the waterline [m]; `symmetric`: port
+    and starboard are alike, so the headings cover only half a turn."""
 
     version: int
     name: str
@@ -107,9 +108,11 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SecondHull(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A second hull near the first one, with the data of both in each other's waves: its own, of which G belongs to the
-    states of the first hull, its place x, y [m] and heading [rad] in the axes of the first hull, and the added mass at
-    infinite frequency that gives the momentum of the water about it for the motion of the first hull."""
+    """A second hull near the first one, with the hydrodynamics of both in each other's waves.
+
+    The data are its own, of which G belongs to the states of the first hull, its place x, y [m] and heading [rad] in
+    the axes of the first hull, and the added mass at infinite frequency that gives the momentum of the water about it
+    for the motion of the first hull."""
 
     hull: Hydrodynamics
     at: tuple[float, float, float]
@@ -195,8 +198,9 @@ def loads_in_sea(
     ramp: float,
     depth: float | None = None,
 ) -> list[WaveSum]:
-    """Return the six wave loads of a sea on a hull whose bow points in the direction `bow` [rad], followed by the drift
-    loads in surge, sway and yaw if the hull has drift data.
+    """Return the six wave loads of a sea on a hull whose bow points in the direction `bow` [rad].
+
+    They are followed by the drift loads in surge, sway and yaw if the hull has drift data.
 
     `at`: position of the hull's origin relative to the origin of the waves' phases [m]; `depth`: of the water [m], None
     for deep water. Slow drift is Newman's approximation (Journal of Ship Research 18 (1974) 47-53): the mean of the

@@ -14,8 +14,9 @@ AT_SURFACE = 1e-6  # of the size: panels there are no part of the wetted hull
 
 
 class Hydrostatics(NamedTuple):
-    """Hydrostatics of a hull: displaced volume [m3], centre of buoyancy (3,) [m], and area [m2], first moments of x and
-    y [m3] and second moments of x x, y y and x y [m4] of the waterplane."""
+    """Hydrostatics of a hull: displaced volume [m3], centre of buoyancy (3,) [m], and waterplane.
+
+    Of the waterplane: area [m2], first moments of x and y [m3] and second moments of x x, y y and x y [m4]."""
 
     volume: float
     buoyancy: np.ndarray
@@ -33,8 +34,9 @@ class Hydrostatics(NamedTuple):
 
 
 def hydrostatics_of(panels: np.ndarray) -> Hydrostatics:
-    """Return the hydrostatics of a hull from its triangles or quadrilaterals (n, 3 or 4, 3) [m] below the waterline z =
-    0, with or without a lid there; raises SceneError if the mesh encloses no volume."""
+    """Return the hydrostatics of a hull from its mesh below the waterline z = 0, with or without a lid there.
+
+    The mesh has triangles or quadrilaterals (n, 3 or 4, 3) [m]; raises SceneError if it encloses no volume."""
     hull = panels[(np.abs(panels[:, :, 2]) > AT_SURFACE * np.abs(panels).max()).any(axis=1)]
     a, b, c = np.concatenate([hull[:, [0, i, i + 1]] for i in range(1, hull.shape[1] - 1)]).swapaxes(0, 1)
     up = np.tile(np.cross(b - a, c - a)[:, 2] / 6.0, 3)  # a third of n_z dS for each midpoint

@@ -35,7 +35,7 @@ Function = Callable[[np.ndarray], np.ndarray]
 
 
 class StateSpace(NamedTuple):
-    """Passive state-space model x' = F x + G v, f = -G^T x with F (n, n), G (n, m)."""
+    """A passive state-space model of the radiation force: x' = F x + G v, f = -G^T x with F (n, n), G (n, m)."""
 
     F: np.ndarray
     G: np.ndarray
@@ -52,7 +52,7 @@ class StateSpace(NamedTuple):
 
 
 class Network(NamedTuple):
-    """Reciprocal model: the diagonals D (n,) and E (n,), W (n, n) and H (n, m)."""
+    """A reciprocal network as radiation model: the diagonals D (n,) and E (n,), W (n, n) and H (n, m)."""
 
     D: np.ndarray
     W: np.ndarray
@@ -61,7 +61,7 @@ class Network(NamedTuple):
 
     @property
     def space(self) -> StateSpace:
-        """The same as a state-space model."""
+        """The reciprocal network as a state-space model."""
         F = np.block([[-np.diag(self.D), self.W], [-self.W.T, -np.diag(self.E)]])
         return StateSpace(F, np.concatenate([self.H, np.zeros_like(self.H)]))
 
@@ -85,15 +85,14 @@ class CoupledModes:
         self.wanted = self.rows(self.K)
 
     def rows(self, K: np.ndarray) -> np.ndarray:
-        """Return the damping and added mass in K (..., n, m, m), which is symmetric, as one vector, each divided by the
-        largest value of its mode."""
+        """Return damping and added mass in K (..., n, m, m) as one vector, scaled by the largest value of each mode."""
         parts = K.real, K.imag / self.w[:, None, None] / self._ratio
         flat = [x[..., self._upper[0], self._upper[1]].reshape(*K.shape[:-3], -1) for x in parts]
         return np.concatenate(flat, axis=-1)
 
     def fitted(self) -> StateSpace:
-        """Return the model with the fewest states whose error is below GOOD; if there is none, the model with the
-        smallest error."""
+        """Return the fitted model with the fewest states whose error is below GOOD, or else that with the smallest
+        error."""
         start, found = self._oscillators(), list[tuple[float, StateSpace]]()
         for n in range(max(2, self.m + self.m // 3), max(6, 3 * self.m) + 1, max(1, 2 * self.m // 3)):
             space = self._polished(self._projected(*start, n)).space
@@ -140,8 +139,10 @@ class CoupledModes:
             return np.asarray(self.rows(unpacked(x).space.memory(self.w)) - self.wanted)
 
         def slope(x: np.ndarray) -> np.ndarray:
-            """Return the derivatives of the error with respect to the parameters x, a row for each, from dK = dG^T X +
-            Y^T dG + Y^T dF X with X = (iw - F)^-1 G = [a; b] and, by reciprocity, Y = (iw - F)^-T G = [a; -b]."""
+            """Return the derivatives of the fit's error with respect to the parameters x, a row for each.
+
+            They follow from dK = dG^T X + Y^T dG + Y^T dF X with X = (iw - F)^-1 G = [a; b] and, by reciprocity, Y =
+            (iw - F)^-T G = [a; -b]."""
             a, b = np.split(unpacked(x).space.answers(self.w), 2, axis=1)
             by_d, by_e = (
                 2.0 * root[:, None, None, None] * np.einsum("wia,wib->iwab", y, y)
@@ -184,8 +185,9 @@ def _least(error: Function, slope: Function, x: np.ndarray) -> np.ndarray:
 
 
 def fitted(w: np.ndarray, A: np.ndarray, B: np.ndarray, A_inf: np.ndarray) -> tuple[StateSpace, FitError]:
-    """Fit a state-space model of the radiation force to added mass A and damping B (n, m, m) at the frequencies w (n,)
-    [rad/s]; return the model and its error, which includes couplings that are left out."""
+    """Return a state-space model fitted to added mass A and damping B at the frequencies w, and the error of the fit.
+
+    A and B are (n, m, m), w (n,) [rad/s]; the error includes couplings that are left out."""
     F, G, m = list[np.ndarray](), list[np.ndarray](), len(A_inf)
     for modes in _groups(np.abs(B).max(axis=0)):
         of = CoupledModes(w, A, B, A_inf, modes)

@@ -44,8 +44,8 @@ def pierson_moskowitz(w: float, Hs: float, Tp: float) -> float:
 
 
 def jonswap(w: float, Hs: float, Tp: float, gamma: float) -> float:
-    """Return the spectral density S(w) [m2 s] of a growing sea, not yet scaled to the energy of the sea (which
-    `components` does); gamma = 1 is Pierson-Moskowitz."""
+    """Return the JONSWAP spectral density S(w) [m2 s] of a growing sea, not yet scaled to the energy of the sea.
+    `components` scales it; gamma = 1 is Pierson-Moskowitz."""
     peak = 2.0 * pi / Tp
     off = (w / peak - 1.0) / WIDTHS[w > peak]
     return pierson_moskowitz(w, Hs, Tp) * float(power(gamma, exp(-0.5 * off * off)))
@@ -67,8 +67,9 @@ class SpectralPeak(NamedTuple):
 
 
 def torsethaugen(Hs: float, Tp: float) -> tuple[SpectralPeak, SpectralPeak]:
-    """Return the primary and the secondary peak of a sea with wind waves and swell: the wind waves are the primary peak
-    if Tp is below the period 6.6 Hs^(1/3) of a fully developed sea."""
+    """Return the primary and the secondary peak of a sea with wind waves and swell.
+
+    The wind waves are the primary peak if Tp is below the period 6.6 Hs^(1/3) of a fully developed sea."""
     third = 1.0 / 3.0
     full = 6.6 * float(power(Hs, third))
 
@@ -118,8 +119,9 @@ def components(
 
 
 def wave_number(frequency: float, gravity: float, depth: float | None = None) -> float:
-    """Return the wave number k [rad/m] of a wave with a frequency w [rad/s] on water of the depth h [m], from w^2 = g k
-    tanh(k h); for depth None, deep water, from w^2 = g k."""
+    """Return the wave number k [rad/m] of a wave with a frequency w [rad/s] on water of the depth h [m].
+
+    From w^2 = g k tanh(k h); for depth None, deep water, from w^2 = g k."""
     deep = frequency * frequency / gravity
     if depth is None:
         return deep

@@ -61,7 +61,7 @@ def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) 
     drives = {drive.joint: drive.name for drive in machine.system.drives if drive.name in now}
 
     def distance(body: str) -> Vector | None:
-        """Return the displacement of a body (3,) [m]; None if the body is also turned."""
+        """Return the displacement of a body (3,) [m] by the moves of an action; None if the body is also turned."""
         x, y, z = 0.0, 0.0, 0.0
         for joint in (joint for joint in beneath(machine, body) if joint.name in drives):
             drive = drives[joint.name]
@@ -98,8 +98,8 @@ DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
 
 
 def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """Return the plan with end positions for the moves to `above` lugs, and (place in the scene, sentence) for a move
-    that has no such position."""
+    """Return the plan with end positions for the moves that are ordered to end above lugs, and errors. Each error is
+    (place in the scene, sentence), for a move that has no such position."""
     for i, action in enumerate(built.actions):
         moves = [x for x in action.orders if isinstance(x, Move) and x.above and x.to is None]
         if not moves:

@@ -22,13 +22,13 @@ Poses = list[Pose]
 
 
 def apart(contact: Contact, a: Pose, b: Pose) -> bool:
-    """Return whether the two shapes of a contact are separated by more than the tolerance at these poses."""
+    """Return whether the two shapes of a contact are farther apart than the tolerance at these poses."""
     return gap(contact, a, b) > DEEP
 
 
 def there(before: StaticState, after: StaticState, part: float) -> StaticState:
-    """Return the state interpolated between two points of the path; `part`: fraction of the way from the first to the
-    second point."""
+    """Return the state interpolated between two points of the equilibrium path. `part`: fraction of the way from the
+    first to the second point."""
     poses = {
         body: (tuple(a + part * (b - a) for a, b in zip(p, q, strict=True)), R if part > 0.5 else Q)
         for (body, (p, Q)), (q, R) in zip(before.poses.items(), after.poses.values(), strict=True)
@@ -37,8 +37,8 @@ def there(before: StaticState, after: StaticState, part: float) -> StaticState:
 
 
 def meets(contact: Contact, before: StaticState, after: StaticState) -> float | None:
-    """Return the fraction of the way between two points of the path at which the shapes of a contact begin to
-    penetrate; None if the shapes do not penetrate."""
+    """Return the fraction of the way between two path points at which the shapes of a contact begin to penetrate, or
+    None."""
     ends = _poses(contact, before), _poses(contact, after)
     distance = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
     steps = max(1, ceil(distance / STEP))

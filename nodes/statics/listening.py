@@ -14,7 +14,7 @@ At = tuple[int, int]  # numbers of an action and of an order in it, from 0
 
 @dataclass
 class MoveModes:
-    """Times [ns] at which a move begins and begins to stop, and the vibration modes at these times."""
+    """The times [ns] at which a move begins and at which it begins to stop, with the vibration modes at these times."""
 
     times: list[int] = field(default_factory=list)
     modes: list[Modes] = field(default_factory=list)
@@ -22,8 +22,7 @@ class MoveModes:
 
 
 class SignalsOnPath(StaticRun):
-    """Follows the action list statically, and records the times and vibration modes of given moves (action, order) in
-    `heard`, until the last of these moves stops."""
+    """Follows the action list statically, and records the times and vibration modes of given moves (action, order)."""
 
     def __init__(self, plan: Plan, moves: frozenset[At]) -> None:
         super().__init__(plan)

@@ -15,7 +15,7 @@ WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of wha
 
 
 def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """Return the plan with its blocks at rest on their supports; a block whose pose in the scene differs by less than
+    """Return the plan with its blocks at rest on their supports. A block whose pose in the scene differs by less than
     `WRITTEN` keeps this pose."""
     machines = tuple(_stands(x, first) if x.cargo else x for x in built.machines)
     return msgspec.structs.replace(built, machines=machines)
@@ -33,8 +33,8 @@ def _stands(block: plan.Mechanism, first: StaticState) -> plan.Mechanism:
 
 
 def settled(built: plan.Plan) -> plan.Plan:
-    """Return the plan with flexible blocks at rest; computed iteratively, because friction holds each support where it
-    first touches."""
+    """Return the plan with flexible blocks at rest on their supports, computed iteratively. Iteration is needed because
+    friction holds each support where it first touches."""
     # each repetition begins with friction unloaded where the last one ended
     for _ in range(SETTLES):
         built = rigged(built, first_rest(built))
@@ -42,8 +42,7 @@ def settled(built: plan.Plan) -> plan.Plan:
 
 
 def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """Return the plan with blocks, hooks and frames at rest, and with the list of ropes that carry a load in this
-    state."""
+    """Return the plan with its blocks, hooks and frames moved to their equilibrium poses, and its taut ropes listed."""
     machines, hooks = list[plan.Mechanism](), [hook for machine in built.machines for hook in machine.hooks]
     free = {hook.eye.body for hook in hooks if not hook.ends}  # others hang at rest as they are written
     for machine in standing(built, first).machines:

@@ -31,8 +31,8 @@ class StaticState:
 
 @dataclass(frozen=True)
 class Acted:
-    """The state at the beginning of an action (or at the last event before it, if the action had to wait), the ropes
-    that are taut in this state, and its time [s]."""
+    """The state at the beginning of an action, the ropes that are taut in it, and its time [s]. If the action had to
+    wait, it is the state at the last event before it."""
 
     before: StaticState
     taut: tuple[str, ...]

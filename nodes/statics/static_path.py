@@ -38,13 +38,13 @@ class Followed:
 
     @property
     def known(self) -> bool:
-        """Whether the whole action list could be followed."""
+        """Whether the whole action list could be followed statically."""
         return not self.why
 
 
 def follow(built: plan.Plan, keep: bool = True) -> Followed:
-    """Follow the action list of a plan statically, at the full model level; if `keep`, use a cached result or store the
-    result in the cache."""
+    """Return the equilibrium path of a plan along its action list, at the full model level. If `keep`, use a cached
+    result or store the result in the cache."""
     whole = at_rest(built)
     return remembered(f"{plan_key(whole)}.path", Followed, lambda: _walked(whole)) if keep else _walked(whole)
 
@@ -68,7 +68,7 @@ def _walked(whole: plan.Plan) -> Followed:
 
 
 def at_rest(built: plan.Plan) -> plan.Plan:
-    """Return the plan for static calculations: elastic ropes without lumps, all joints and supports, no user models."""
+    """Return the plan for static calculations: elastic ropes without lumped masses, all supports, no user models."""
     # statics at the full level: the path must not depend on the level that is chosen by means of it
     fidelity = plan.Fidelity(girder=built.fidelity.girder)
     usual = plan.Plan(name=built.name)

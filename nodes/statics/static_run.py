@@ -31,7 +31,7 @@ WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
 
 
 class Models(Coupled):
-    """All models of a scene except the kernel, connected to the ports that the kernel would use."""
+    """All models of a scene except the kernel, connected to each other for a static calculation."""
 
     stage = Out(m.Stage)
     finished = Out(m.Finished)
@@ -93,8 +93,7 @@ class StaticRun:
         return self.states[0]
 
     def walk(self) -> None:
-        """Follow the action list to its end, to the end of a stage, or to the point beyond which no equilibrium
-        exists."""
+        """Follow the action list statically to its end, to the end of a stage, or as far as an equilibrium exists."""
         end = LAST_NS if self.plan.end is None else seconds(self.plan.end)
         # output functions are checked for purity in runs; here each costs time only
         self.simulator = Simulator(self.models, microsteps=self.plan.microsteps, watched=False)

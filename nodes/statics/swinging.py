@@ -35,7 +35,7 @@ ALONG = {"x": 0, "y": 1}
 
 
 class RampTiming(msgspec.Struct, frozen=True):
-    """Swing periods [s] at the beginning of a move and when it stops, and the time between both [s]; `why`: reason why
+    """Swing periods [s] at the beginning of a move and when it stops, and the time between both [s]. `why`: reason why
     there are no periods, or ""."""
 
     periods: tuple[float, float] = (0.0, 0.0)
@@ -44,9 +44,10 @@ class RampTiming(msgspec.Struct, frozen=True):
 
 
 def swing_free(built: plan.Plan, keep: bool = True) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """Return the plan with the swing periods of its ramps without swing, and (place in the scene, sentence) for each
-    move for which no period was found. A move that does not take place before the scene ends keeps its provisional
-    acceleration."""
+    """Return the plan with the swing periods of its swing-free ramps, and errors for moves without a period.
+
+    Each error is (place in the scene, sentence). A move that does not take place before the scene ends keeps its
+    provisional acceleration."""
     orders = ((i, k, x) for i, action in enumerate(built.actions) for k, x in enumerate(action.orders))
     moves = {(i, k): x for i, k, x in orders if isinstance(x, Move) and x.pulses}
     if not moves:

@@ -30,8 +30,7 @@ def quantile(values: Sequence[float], part: float) -> float:
 
 
 def examined(yard: Yard) -> Sheet:
-    """Return the report of `check` for a yard: schedules by both generation schemes with each priority rule, the
-    critical path, and the contract dates."""
+    """Return the report of `check` for a yard: schedules, the critical path, and the contract dates."""
     known, path = dates(yard), chain(yard)
     rows = list[tuple[Cell, ...]]()
     for rule, short in RULES.items():
@@ -125,8 +124,10 @@ def chances(yard: Yard, values: Values) -> dict[str, float]:
 
 
 def contract_states(yard: Yard, values: Values) -> dict[str, str]:
-    """Return the state of each contract date: undecided if the replications leave open whether it is met with the
-    required probability; amber if it is met in a single run, but durations or winds are random.
+    """Return the state of each contract date of a yard: red, undecided, amber or green.
+
+    Undecided if the replications leave open whether it is met with the required probability; amber if it is met in a
+    single run, but durations or winds are random.
 
     The test is the exact one for a proportion (Clopper and Pearson 1934, Biometrika 26)."""
     runs, found = len(delivery(values)), dict[str, str]()
@@ -143,8 +144,7 @@ def contract_states(yard: Yard, values: Values) -> dict[str, str]:
 
 
 def state_of(yard: Yard, values: Values) -> str:
-    """Return the state of the yard's plan: red if a contract date is missed or a lift cannot be carried out, else the
-    worst state of the contract dates."""
+    """Return the state of the yard's plan: the worst state of its contract dates, or red if a lift is impossible."""
     found = {*contract_states(yard, values).values()}
     if impossible(yard) or _red_runs(values):
         return "red"
@@ -156,8 +156,8 @@ def _red_runs(values: Values) -> float:
 
 
 def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
-    """Return the report of `run` for a yard: quantiles of the key dates, their sensitivities, and the causes of
-    waiting; for a single run also the schedule, with a Gantt chart if `drawn`."""
+    """Return the report of `run` for a yard: quantiles of key dates, their sensitivities, and causes of waiting. For a
+    single run also the schedule, with a Gantt chart if `drawn`."""
     runs, kept, judged = len(delivery(values)), chances(yard, values), contract_states(yard, values)
     rows = list[tuple[Cell, ...]]()
     for key, ends in finishes(yard, values).items():
@@ -196,7 +196,7 @@ def _promised(yard: Yard, judged: Mapping[str, str], runs: int) -> str:
 
 
 def waits(yard: Yard, values: Values) -> list[tuple[str, float]]:
-    """Return the total waiting time of all activities [h] by cause, as a mean over the runs."""
+    """Return the total time [h] that all activities waited, by cause, as a mean over the runs."""
     causes = (NOT_READY, NO_SHIFT, WEATHER, *yard.capacities)
     means = [fmean(values[f"dispatcher.waits[{n}]"]) / 3600 for n in range(len(causes))]
     stopped = sum(fmean(x) for key, x in values.items() if key.endswith(".stopped")) / 3600

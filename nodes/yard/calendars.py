@@ -23,13 +23,13 @@ Windows = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]  # begins, en
 
 @dataclass(frozen=True)
 class Calendar:
-    """Working time of shifts, days and holidays, described by a short text; an empty text means that all time is
+    """Working time of shifts, days and holidays, described by a short text. An empty text means that all time is
     working time."""
 
     key: str = ""
 
     def open(self, t: int) -> int:
-        """Return the first working time at or after t [ns]."""
+        """Return the earliest working time [ns] at or after the time t [ns]."""
         if not self.key:
             return t
         begins, ends, _ = windows(self.key)
@@ -42,12 +42,11 @@ class Calendar:
         return begins[n] if n < len(begins) else NEVER
 
     def shortest(self, work: int) -> int:
-        """Return the shortest time [ns] from the beginning to the end of `work` [ns] of working time, over all possible
-        beginnings."""
+        """Return the shortest time [ns] in which `work` [ns] of working time can pass, over all possible beginnings."""
         return _shortest(self.key, work) if self.key else work
 
     def add(self, t: int, work: int) -> int:
-        """Return the time [ns] at which an activity ends that begins at t and needs `work` [ns] of working time."""
+        """Return the end [ns] of an activity that begins at the time t and needs `work` [ns] of working time."""
         if not self.key or not work:
             return t + work
         begins, ends, worked = windows(self.key)
@@ -57,8 +56,7 @@ class Calendar:
         return begins[n] + total - worked[n]
 
     def back(self, t: int, work: int) -> int:
-        """Return the latest time [ns] at which an activity can begin that needs `work` [ns] of working time and must
-        end at t."""
+        """Return the latest beginning [ns] of an activity that needs `work` [ns] of working time and must end at t."""
         if not self.key or not work:
             return t - work
         begins, _, worked = windows(self.key)
@@ -92,8 +90,9 @@ def _within(n: int, begins: Sequence[int]) -> int:
 
 
 def working(start: date, days: Sequence[int], shifts: Sequence[Shift], off: Iterable[date]) -> Calendar:
-    """Return the calendar of shifts on these weekdays (0 is Monday), without the days `off`; a shift belongs to the day
-    on which it begins. Raises SceneError if no working time remains."""
+    """Return the calendar of shifts on these weekdays (0 is Monday), without the days `off`.
+
+    A shift belongs to the day on which it begins. Raises SceneError if no working time remains."""
     parts = [str(start)], map(str, days), (f"{a}-{b}" for a, b in shifts), map(str, sorted(off))
     key = "/".join(" ".join(part) for part in parts)
     if not windows(key)[0]:

@@ -38,9 +38,10 @@ class UnitsInUse(Message):
 
 
 class YardSchedule(Message):
-    """Result of a yard's run: time of delivery [s]; start and end [s] of each activity, and whether the activity is on
-    the critical sequence (0 or 1); total time [s] that activities waited for each cause: the block, the shift, then the
-    resources."""
+    """Result of a yard's run: time of delivery [s], start and end [s] of each activity, and waiting times.
+
+    Also whether each activity is on the critical sequence (0 or 1); total time [s] that activities waited for each
+    cause: the block, the shift, then the resources."""
 
     delivery: float
     starts: tuple[float, ...]
@@ -50,8 +51,7 @@ class YardSchedule(Message):
 
 
 class Dispatcher(Atomic):
-    """Starts activities in the order of their ranks as soon as predecessors, block, shift and resources allow it
-    (parallel schedule generation)."""
+    """Atomic model that starts activities by rank when predecessors, block, shift and resources allow it."""
 
     done, wind, sea, over = In(ActivityEnd), In(WindChange), In(WindChange), Out(YardDone)
 
@@ -73,7 +73,7 @@ class Dispatcher(Atomic):
             self.add_out(f"use-{resource}", UnitsInUse)
 
     def start(self) -> None:
-        """Start with no activity begun."""
+        """Start the dispatcher with no activity begun."""
         count = len(self.activities)
         self.begin, self.end = [-1] * count, [-1] * count
         self.ready = [one.ready for one in self.activities]
@@ -139,8 +139,7 @@ class Dispatcher(Atomic):
                     insort(self.pending, (self.rank[m], m))
 
     def decide(self, begun: tuple[int, ...] = (), changed: tuple[str, ...] = ()) -> None:
-        """Begin all activities that can begin now, and schedule the next decision at the time when a block becomes
-        ready or a shift begins."""
+        """Begin all activities that can begin now, and schedule the next decision."""
         now, wake, kept = self._present.now[0], NEVER, list[tuple[int, int]]()
         freed, self.freed = self.freed, {}
         started, opens = list(begun), dict[str, int]()  # when the next shift begins, by calendar
@@ -182,15 +181,16 @@ class Dispatcher(Atomic):
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 
     def calm_for(self, n: int, now: int) -> bool:
-        """Return whether the wind is forecast to allow a lift from now to its expected end, or to the end of the
-        forecast."""
+        """Return whether the wind forecast allows a lift from now to its expected end, or as far as the forecast
+        goes."""
         end = self.calm[self.limited[n]] if self.calm else -1
         one = self.activities[n]
         return end > now and end >= min(now + self.weather.forecast, one.works.add(now, one.expected))
 
     def window_for(self, n: int, now: int) -> bool:
-        """Return whether the sea stays within the operational limit of an activity from now to its expected end; the
-        operational limit is the activity's limit times the alpha factor for a window of this length."""
+        """Return whether the sea stays within the operational limit of an activity from now to its expected end.
+
+        The operational limit is the activity's limit times the alpha factor for a window of this length."""
         one = self.activities[n]
         if not self.seas or one.sea == inf:
             return True
@@ -213,8 +213,9 @@ class Dispatcher(Atomic):
         )  # fmt: skip
 
     def critical(self) -> list[int]:
-        """Return the critical sequence of activities: traced backwards from the activity that ends last, each time to
-        the activity whose end allowed the later one to begin."""
+        """Return the critical sequence of activities, which ends with the activity that ends last.
+
+        It is traced backwards, each time to the activity whose end allowed the later one to begin."""
         last = max(range(len(self.end)), key=lambda n: (self.end[n], -n))
         found = [last]
         while (n := self.releaser(found[-1])) >= 0:
@@ -222,8 +223,7 @@ class Dispatcher(Atomic):
         return found[::-1]
 
     def releaser(self, n: int) -> int:
-        """Return the number of the activity whose end allowed activity n to begin; -1 if there is none, or if n waited
-        until its block was ready."""
+        """Return the number of the activity whose end allowed activity n to begin; -1 if none did."""
         one, lacked = self.activities[n], self.lacked[n]
         before = [(self.end[m] + lag, True, -m) for m, lag in one.after]
         if lacked:

@@ -30,8 +30,7 @@ LABELLED = 60  # blocks whose names are legible in a chart
 
 
 def exported(yard: Yard, spans: Spans, out: str | Path, force: bool = False) -> Path:
-    """Write a schedule to the file `out`, in the format given by the suffix; raises RecordingError if this is
-    impossible."""
+    """Write a yard's schedule to the file `out`, in the format of its suffix; raises RecordingError if impossible."""
     path = output_path(out, "a schedule", FORMATS)
     forms: dict[str, Callable[[Yard, Spans], str | bytes]] = {".csv": table_of, ".xml": project_of, ".ics": calendar_of}
     make = forms.get(path.suffix.lower())

@@ -30,9 +30,10 @@ WAYS: dict[Way, str] = {
 
 @dataclass(frozen=True)
 class LiftOrder:
-    """A lift to be evaluated: scene with settings, and `way`, the method that finds its duration. `over`: axes of a
-    table of results, as names and values in text; `at`: position of the block on these axes; `windy`: highest wind
-    speed in the search for wind limits [m/s] (0: no search)."""
+    """A lift to be evaluated: scene with settings, and `way`, the method that finds its duration.
+
+    `over`: axes of a table of results, as names and values in text; `at`: position of the block on these axes; `windy`:
+    highest wind speed in the search for wind limits [m/s] (0: no search)."""
 
     scene: str
     settings: tuple[str, ...]
@@ -45,9 +46,10 @@ class LiftOrder:
 
 @dataclass(frozen=True)
 class Lift:
-    """Results of a lift: durations of its stages [s]; wind speeds up to which the lift may begin, above which it stops,
-    and below which it continues [m/s]; state of its verdict ("wrong" if its settings do not fit the scene) and the
-    reason; relative errors of duration and wind."""
+    """Results of a lift: durations of its stages [s], its wind limits [m/s], and the state of its verdict.
+
+    Wind speeds up to which the lift may begin, above which it stops, and below which it continues; the state is "wrong"
+    if its settings do not fit the scene, with the reason; relative errors of duration and wind."""
 
     stages: tuple[tuple[str, float], ...]
     wind: float = inf
@@ -90,7 +92,7 @@ def winds(plan: Plan, factor: float | None) -> tuple[float, float, float]:
 
 
 def at_rest(order: LiftOrder) -> Lift:
-    """Return the results of a lift that follows its equilibrium path; the state of an impossible lift is red."""
+    """Return the results of a lift computed statically along its equilibrium path; red if the lift is impossible."""
     try:
         scene = of_scene(order)
     except HeavyliftError as error:
@@ -114,8 +116,7 @@ def first_line(error: Exception) -> str:
 
 
 def kept(orders: Sequence[LiftOrder], code: bytes, find: Callable[[], list[Lift]]) -> list[Lift]:
-    """Return the cached result of `find` for the same lifts, code and input files; if there is none, call `find` and
-    cache its result."""
+    """Return the cached result of `find` for the same lifts, code and input files; if there is none, compute it."""
     scenes = dict.fromkeys(order.scene for order in orders)
     files = [(path, state(path)) for name in scenes for path in files_of(name, orders[0].settings)]
     answer = msgspec.msgpack.encode([list(orders), files])
@@ -147,11 +148,11 @@ def programs() -> bytes:
 
 
 def all_at_rest(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Return the results of several lifts that follow their equilibrium paths; equal lifts are computed once."""
+    """Return the results of several lifts computed statically along their equilibrium paths, equal ones only once."""
     found = {order: at_rest(order) for order in dict.fromkeys(orders)}
     return [found[order] for order in orders]
 
 
 def rested(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Return the results of several lifts that follow their equilibrium paths, from the cache if possible."""
+    """Return the results of lifts computed statically along their equilibrium paths, from the cache if possible."""
     return kept(orders, b"", lambda: all_at_rest(orders))

@@ -27,8 +27,8 @@ class ResourceUse(Message):
 
 
 class StepWork(Message):
-    """Statistics of a step: time for which wind stopped its lifts [s], number of stops, number of simulated lifts, and
-    number of lifts with a red verdict."""
+    """Statistics of a step: time for which wind stopped its lifts [s], and numbers of stops, simulated and red
+    lifts."""
 
     stopped: float
     stops: int
@@ -37,8 +37,9 @@ class StepWork(Message):
 
 
 class YardStep(Atomic):
-    """Carries out one step for all blocks: rigging in the expected time of each block, followed by the lift of the
-    block. Wind delays, stops and resumes lifts; `carry_out` simulates a lift whose results depend on the wind when it
+    """Atomic model of one step for all blocks: rigging in the expected time, followed by the lift of the block.
+
+    Wind delays, stops and resumes lifts; `carry_out` simulates a lift whose results depend on the wind when it
     begins."""
 
     work, wind, done = In(ActivityStart), In(WindChange), Out(ActivityEnd)
@@ -49,7 +50,7 @@ class YardStep(Atomic):
         self.times = {n: seconds(one.takes.mean) for n, one in activities.items()}
 
     def start(self) -> None:
-        """Start with no activity under way."""
+        """Start the yard's step with no activity under way."""
         self.due, self.rigging = list[tuple[int, int]](), dict[int, None]()  # ends of work; lifts that follow it
         self.held = dict[int, tuple[int, int, float]]()  # work left [ns], since when, wind that lets it go on [m/s]
         self.speed, self.stopped, self.stops, self.simulated, self.red = 0.0, 0, 0, 0, 0
@@ -82,7 +83,7 @@ class YardStep(Atomic):
             heappush(self.due, (one.works.add(now, left), n))
 
     def stop(self, now: int) -> None:
-        """Stop or resume lifts according to the wind."""
+        """Stop lifts when the wind exceeds their limits, and resume them when it has dropped."""
         for end, n in [*self.due]:
             one = self.activities[n]
             if one.lift and n not in self.rigging and self.speed > one.lift.stop and end > now:
@@ -114,7 +115,7 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def confluent(self, x: Bag) -> None:
-        """Store the new wind first, so that it determines which lifts can begin now."""
+        """Process the new wind before the step's own events, so that it determines which lifts can begin now."""
         self.speed = x[self.wind][-1].speed if x[self.wind] else self.speed
         super().confluent(x)
 
@@ -124,12 +125,12 @@ class YardStep(Atomic):
 
 
 class YardResource(Atomic):
-    """Measures the use of a resource over time."""
+    """Atomic model that measures the use of a resource over time."""
 
     level = In(UnitsInUse)
 
     def start(self) -> None:
-        """Start with no units in use."""
+        """Start with no units of the resource in use."""
         self.used = TimeWeighted()
 
     def external(self, e: int, x: Bag) -> None:
@@ -142,8 +143,8 @@ class YardResource(Atomic):
 
 
 def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | None = None) -> Coupled:
-    """Return the DEVS model of a yard, with the yard's priority rule or the rule `rule`; seed 0 means expected
-    durations, but random weather."""
+    """Return the DEVS model of a yard with a priority rule (default: the yard's); seed 0 means expected durations. The
+    weather is random even with seed 0."""
     of = yard.weather
     root, limits, seas = Coupled("yard"), thresholds(yard) if of.wind else (), operational(yard) if of.sea else ()
     dispatcher = root.add(
@@ -188,8 +189,8 @@ def expected(yard: Yard, rule: str = "") -> YardSchedule:
 
 
 def thresholds(yard: Yard) -> tuple[float, ...]:
-    """Return the wind speeds [m/s] at which lifts may begin, stop or continue; in addition all whole numbers up to 40
-    m/s if lifts are simulated in their wind."""
+    """Return the wind speeds [m/s] at which lifts may begin, stop or continue. If lifts are simulated in their wind,
+    also all whole numbers up to 40 m/s."""
     lifts = [one.lift for one in yard.activities if one.lift]
     found = {limit for lift in lifts for limit in (lift.wind, lift.stop, lift.resume) if limit < inf}
     if any(one.order and one.order.way == "run" for one in yard.activities):
@@ -198,7 +199,6 @@ def thresholds(yard: Yard) -> tuple[float, ...]:
 
 
 def operational(yard: Yard) -> tuple[float, ...]:
-    """Return the operational limits [m] of all activities: each limit of the significant wave height times each alpha
-    factor."""
+    """Return the operational wave height limits [m] of all activities: each limit times each alpha factor."""
     factors = [x for _, x in yard.weather.alpha] or [1.0]
     return tuple(sorted({one.sea * x for one in yard.activities if one.sea < inf for x in factors}))

@@ -32,7 +32,7 @@ Span = tuple[int, int]  # [ns] start and finish
 
 @dataclass(frozen=True)
 class Need:
-    """Units of a resource that an activity occupies from its own beginning until the end of activity number `until`."""
+    """Units of a resource that an activity occupies from its beginning until the end of activity number `until`."""
 
     resource: str
     units: int
@@ -41,9 +41,10 @@ class Need:
 
 @dataclass(frozen=True)
 class Activity:
-    """A step of a block: its duration [s] without its lift, needed resources, predecessors with lags [ns], time at
-    which the block is ready [ns], calendar of working time, its lift, and the largest significant wave height Hs [m]
-    that it allows."""
+    """A step of a block: duration, needed resources, predecessors, calendar, its lift and its sea limit.
+
+    The duration [s] is without its lift; predecessors have lags [ns]; further the time at which the block is ready
+    [ns], and the largest significant wave height Hs [m] that the activity allows."""
 
     block: str
     step: str
@@ -69,8 +70,10 @@ class Activity:
 
 @dataclass(frozen=True)
 class Yard:
-    """Data of a yard: activities, numbered from 0; number of units of each resource; priority rule, or order of blocks;
-    contract dates of blocks or of the `delivery`, and the probability with which these dates must be met."""
+    """Data of a yard: numbered activities, resources, priority rule, and contract dates.
+
+    Activities count from 0; number of units of each resource; priority rule, or order of blocks; contract dates of
+    blocks or of the `delivery`, and the probability with which these dates must be met."""
 
     name: str
     start: date
@@ -92,7 +95,7 @@ class Yard:
 
 @dataclass(frozen=True)
 class Dates:
-    """Early and late start and finish of each activity [ns] for unlimited resources."""
+    """Earliest and latest start and finish of each activity [ns] for unlimited resources."""
 
     early_start: list[int]
     early_finish: list[int]
@@ -114,8 +117,7 @@ def successors(yard: Yard) -> list[list[tuple[int, int]]]:
 
 
 def dates(yard: Yard) -> Dates:
-    """Return early and late dates from the forward and backward pass of the critical path method, in working time, with
-    expected durations and unlimited resources."""
+    """Return early and late dates of all activities by the critical path method, for unlimited resources."""
     all_ = yard.activities
     order = sequence(yard)
     early, finish = [0] * len(all_), [0] * len(all_)
@@ -137,7 +139,7 @@ def sequence(yard: Yard) -> list[int]:
 
 
 def ranks(yard: Yard, rule: str = "") -> list[int]:
-    """Return the position of each activity in the order of a priority rule (default: the rule of the yard)."""
+    """Return the rank of each activity by a priority rule (default: the rule of the yard)."""
     numbers = range(len(yard.activities))
     known, values = dates(yard), list[int]()
     if not rule and yard.plan:
@@ -173,7 +175,7 @@ def _followers(yard: Yard) -> Sequence[int]:
 
 
 def rule_named(value: object) -> str:
-    """Return the name of a priority rule that is given by its name or abbreviation."""
+    """Return the full name of a priority rule, given its name or abbreviation."""
     text, short = str(value), {letters: name for name, letters in RULES.items()}
     if text not in RULES and text not in short:
         raise ValueError(f"there is no rule '{text}': {closest(text, RULES)}")
@@ -181,7 +183,7 @@ def rule_named(value: object) -> str:
 
 
 def serial(yard: Yard, rule: str = "") -> list[Span]:
-    """Return the start and finish of each activity [ns] by the serial generation scheme, with expected durations; not
+    """Return the start and finish of each activity [ns] by the serial generation scheme, with expected durations. Not
     for yards in which an activity keeps a resource beyond its own end."""
     rank, done = ranks(yard, rule), dict[int, Span]()
     used: dict[str, list[tuple[int, int, int]]] = {name: [] for name in yard.capacities}

@@ -25,8 +25,8 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Optimised:
-    """An optimised schedule: start and end of each activity [ns], delivery [ns], lower bound of the delivery for all
-    schedules [ns], and how the schedule was found."""
+    """An optimised schedule: start and end of each activity, delivery, and its lower bound, all in ns. The lower bound
+    holds for all schedules; the last field is how the schedule was found."""
 
     spans: tuple[Span, ...]
     end: int
@@ -40,7 +40,7 @@ class Optimised:
 
 
 class AnyWork:
-    """Time scale that counts only time within working time of at least one of several calendars [ns]."""
+    """Time scale [ns] that counts only the time in which at least one of several calendars is working."""
 
     def __init__(self, keys: Sequence[str]) -> None:
         always = not all(keys)
@@ -68,8 +68,9 @@ class AnyWork:
 
 
 def optimised(yard: Yard, effort: float = 60.0) -> Optimised:
-    """Return the schedule with the earliest delivery that the solver finds within an effort in deterministic time,
-    which is the same on every machine; raises SceneError if OR-Tools is not installed."""
+    """Return the schedule with the earliest delivery that OR-Tools finds; raises SceneError if it is not installed.
+
+    The effort of the solver is limited in deterministic time, which is the same on every machine."""
     cp = extra("ortools.sat.python.cp_model", SceneError("plan needs OR-Tools: pip install 'heavylift[schedule]'"))
     bare = replace(yard, weather=NONE)
     schedules = {rule: _spans(bare, rule) for rule in RULES}

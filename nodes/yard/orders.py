@@ -18,8 +18,8 @@ MOST = 1000  # runs of a table
 
 @dataclass(frozen=True)
 class LiftStep:
-    """The lift of a step as written in a yard file: scene, settings (path, and text or =column), method that finds the
-    duration, and axes of the table of results."""
+    """The lift of a step as written in a yard file: scene, settings, and method that finds the duration. Settings are
+    (path, and text or =column); there may be axes of the table of results."""
 
     step: str
     scene: str
@@ -87,8 +87,9 @@ def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
 def order_of(
     given: Taking, one: LiftStep, row: TableCell, cells: dict[str, TableCell], units: dict[str, str]
 ) -> LiftOrder:
-    """Return the lift of a block in a step; errors are reported at the row of the block. A block with its own scene
-    does not use the table of the step: its lift follows the equilibrium path."""
+    """Return the lift of a block in a step; errors are reported at the row of the block.
+
+    A block with its own scene does not use the table of the step: its lift follows the equilibrium path."""
     at, texts, own = ("blocks", row.text), dict[str, str](), cells.get("scene")
     for column in sorted(one.columns):
         if column in cells:
@@ -133,8 +134,9 @@ def found_scene(given: Taking, name: str) -> str:
 def taken(
     given: Taking, order: LiftOrder, step: str, types: dict[str, str], capacities: dict[str, int]
 ) -> dict[str, int]:
-    """Return the number of units of each resource that the cranes of a lift occupy: each crane uses the resource with
-    its own name and type or, if there is none, a resource of its type."""
+    """Return the number of units of each resource that the cranes of a lift occupy.
+
+    Each crane uses the resource with its own name and type or, if there is none, a resource of its type."""
     found = dict[str, int]()
     try:
         machines = cranes(order.scene)

@@ -53,7 +53,7 @@ def planned(given: Taking, start: date, activities: tuple[Activity, ...]) -> tup
 
 
 def planned_in_project(path: Path, name: str) -> Planned:
-    """Read the start and end of all tasks without subtasks in an MSPDI file; raises SceneError if it cannot be read."""
+    """Return the start and end of all tasks without subtasks in an MSPDI file; raises SceneError for a bad file."""
     try:
         data = path.read_bytes()
         if len(data) > MOST_BYTES or b"<!DOCTYPE" in data or b"<!ENTITY" in data:
@@ -83,7 +83,7 @@ def planned_in_project(path: Path, name: str) -> Planned:
 
 
 def planned_in_table(cells: dict[str, TableCell]) -> tuple[datetime, datetime]:
-    """Read the start and end in a row of a schedule; raises ValueError if they are invalid."""
+    """Return the start and end in a row of a schedule; raises ValueError if they are invalid."""
     try:
         start, end = (datetime.fromisoformat(cells[key].text).replace(tzinfo=None) for key in ("start", "end"))
     except ValueError as error:

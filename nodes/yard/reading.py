@@ -43,8 +43,8 @@ DELIVERY = "delivery"
 
 
 def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = rested) -> Yard:
-    """Read a yard file and apply settings; raises SceneError with all errors. `lifter`: function that returns the
-    results of the lifts."""
+    """Return the yard of a yard file with settings applied; raises SceneError with all errors. `lifter`: function that
+    returns the results of the lifts."""
     source = source_of(path, settings)
     yard = _Reading(source, lifter).yard()
     raise_faults(source, source.faults)
@@ -71,7 +71,7 @@ class _Reading(Taking):
         self.start, self.lifter = date.min, lifter
 
     def yard(self) -> Yard | None:
-        """Return the yard; None if there were errors."""
+        """Return the yard that the file describes; None if there were errors."""
         given = self.mapping((), KEYS)
         for key in (HEAD, "start", "resources", "blocks", "steps"):
             if given.get(key) is None:
@@ -107,8 +107,8 @@ class _Reading(Taking):
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
-        """Return the working intervals of each shift; under "", the intervals of all shifts or, without shifts, the
-        whole day."""
+        """Return the working intervals of each shift, by name. Under "": the intervals of all shifts or, without
+        shifts, the whole day."""
         self.mapping(("calendar",), OF_CALENDAR)
         of_day = self.mapping(("calendar", "shifts"))
         shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in of_day}
@@ -284,14 +284,14 @@ class _Reading(Taking):
         return tuple(found)
 
     def order(self, blocks: list[str]) -> tuple[str, ...]:
-        """Return the blocks in the order given, followed by all other blocks."""
+        """Return the blocks in the order that the yard file gives, followed by all other blocks."""
         given = fields.words(self.source.at(("order",)))
         for block in given:
             self.known(("order",), block, blocks, "block")
         return tuple(dict.fromkeys([*given, *blocks])) if given else ()
 
     def contract(self, blocks: list[str]) -> dict[str, date]:
-        """Return the contract date of each block and of the `delivery`, as far as given."""
+        """Return the contract dates of blocks and of the `delivery`, as far as given."""
         given = self.mapping(("contract",))
         for key in given:
             self.known(("contract", key), key, [DELIVERY, *blocks], "block")

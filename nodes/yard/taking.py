@@ -14,13 +14,13 @@ T = TypeVar("T")
 
 
 class Taking:
-    """Reader of typed values from the data of a file; it collects the errors."""
+    """Parser of typed values from the data of a file; it collects the errors."""
 
     def __init__(self, source: SourceText) -> None:
         self.source = source
 
     def take(self, path: Path, of: Callable[[Any], T], usual: Any, mark: Mark | None = None, value: Data = None) -> T:
-        """Return `of(value)` for the value at a path; if the value is missing or invalid, return `usual`."""
+        """Return the value at a path, converted by `of`; if the value is missing or invalid, return `usual`."""
         value = self.source.at(path) if value is None else value
         if value is None:
             return cast(T, usual)
@@ -31,7 +31,7 @@ class Taking:
             return cast(T, usual)
 
     def cell(self, cells: dict[str, TableCell], column: str, at: Path, of: Callable[[str], T], usual: Any) -> T:
-        """Return `of(text)` for the cell in a column; if the cell is missing or invalid, return `usual`."""
+        """Return the cell in a column, converted by `of`; if the cell is missing or invalid, return `usual`."""
         found = cells.get(column)
         return self.take((*at, column), of, usual, found.mark, found.text) if found else cast(T, usual)
 
@@ -54,8 +54,8 @@ class Taking:
             self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
 
     def table(self, path: Path, root: FilePath | None = None) -> tuple[list[TableColumn], list[list[TableCell]]]:
-        """Read the table file that the value at a path names, in the folder `root` (default: that of the yard file).
-        Return its column heads and rows; both are empty lists if there was an error."""
+        """Return the column heads and rows of the table file that the value at a path names; empty after an error.
+        `root`: its folder (default: that of the yard file)."""
         try:
             found = table(root or self.source.root, str(self.source.at(path)))
             return found.head, found.rows

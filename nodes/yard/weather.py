@@ -27,10 +27,11 @@ YEAR = 8760  # hours; also how far ahead a calm is looked for
 
 @dataclass(frozen=True)
 class HourlySeries:
-    """Hourly wind speed [m/s] or significant wave height [m]: either a measured `series`, repeated from one of the
-    hours `begins` on, or a random series with Weibull distributions (scale and shape for each month) and a correlation
-    from hour to hour. Random wind and sea are independent of each other; measured wind and sea begin in the same
-    year."""
+    """Hourly wind speed [m/s] or significant wave height [m], either measured or random.
+
+    A measured `series` is repeated from one of the hours `begins` on; a random series has Weibull distributions (scale
+    and shape for each month) and a correlation from hour to hour. Random wind and sea are independent of each other;
+    measured wind and sea begin in the same year."""
 
     start: date
     series: tuple[float, ...] = ()
@@ -42,18 +43,17 @@ class HourlySeries:
 
     @property
     def drawn(self) -> bool:
-        """Whether replications have different weather."""
+        """Whether the weather of the series differs between replications."""
         return not self.series or len(self.begins) > 1
 
     def begin(self, random: Random, drawn: bool) -> float:
-        """Return the state that precedes the first hour; a measured series of several years begins in a random year if
-        `drawn`."""
+        """Return the state of a series before its first hour; a measured one begins in a random year if `drawn`."""
         if self.series:
             return self.begins[random.randrange(len(self.begins)) if drawn and len(self.begins) > 1 else 0]
         return random.gauss(0.0, 1.0)
 
     def hours(self, day: int, state: float, random: Random) -> tuple[list[float], float]:
-        """Return the values in all 24 hours of a day, and the state with which the next day begins."""
+        """Return the values of the series in all 24 hours of a day, and the state with which the next day begins."""
         if self.series:
             n, count = int(state), len(self.series)
             return [self.series[(n + k) % count] for k in range(24)], n + 24
@@ -67,8 +67,10 @@ class HourlySeries:
 
 
 class WindChange(Message):
-    """Message that the wind speed [m/s] or wave height [m] has crossed a limit; with the time [ns] until which the
-    value stays within each limit (-1 for limits that it exceeds now), and a flag for the last change."""
+    """Message that the wind speed [m/s] or wave height [m] has crossed a limit.
+
+    It has the time [ns] until which the value stays within each limit (-1 for limits that it exceeds now), and a flag
+    for the last change."""
 
     speed: float
     calm: tuple[int, ...]
@@ -80,8 +82,7 @@ class YardDone(Message):
 
 
 class Weather(Atomic):
-    """Reports the wind speed or wave height whenever it crosses one of the `limits` (in ascending order), until all
-    work is done."""
+    """Atomic model that reports the wind speed or wave height whenever it crosses one of the `limits`."""
 
     over, wind = In(YardDone), Out(WindChange)
 
@@ -90,7 +91,7 @@ class Weather(Atomic):
         self.given, self.limits, self.seed = wind, tuple(limits), seed
 
     def start(self) -> None:
-        """Schedule the report on the first hour."""
+        """Schedule the weather report on the first hour."""
         self.random, self.known = stream(self.seed, self.path), list[float]()
         year = stream(self.seed, "year")  # one for all series, which belong together
         self.state = self.given.begin(year if self.given.series else self.random, self.seed > 0)
@@ -99,15 +100,15 @@ class Weather(Atomic):
         self.hold_in(0)
 
     def external(self, e: int, x: Bag) -> None:
-        """Stop all reports, because the work in the yard is done."""
+        """Stop all weather reports, because the work in the yard is done."""
         self.passivate()
 
     def output(self) -> None:
-        """Send the value of the present hour, and the time until which the value stays within each limit."""
+        """Send the wind speed or wave height now, and the time until which it stays within each limit."""
         self.wind.send(self.change)
 
     def internal(self) -> None:
-        """Wait for the next time at which the value crosses a limit."""
+        """Wait for the next time at which the wind speed or wave height crosses a limit."""
         last, self.hour = self.hour, self.next
         if self.next < 0:
             self.passivate()
@@ -116,7 +117,7 @@ class Weather(Atomic):
             self.hold_in((self.hour - last) * HOUR)
 
     def look(self) -> None:
-        """Find the next change of the value to report, and the time of this change."""
+        """Find the next crossing of a limit by the wind speed or wave height, and store its time."""
         class_, n = bisect_left(self.limits, self.at(self.hour)), self.hour + 1
         most = n + (len(self.given.series) or YEARS * YEAR)
         while n < most and bisect_left(self.limits, self.at(n)) == class_:
@@ -127,8 +128,8 @@ class Weather(Atomic):
         self.change = WindChange(self.at(self.hour), calm, self.next < 0)
 
     def exceeded(self, k: int, change: int) -> int:
-        """Return the first hour, from the present hour on, in which the value exceeds limit number k; the search ends
-        after one year, but not before the hour `change`."""
+        """Return the first hour, from now on, in which the wind speed or wave height exceeds limit number k. The search
+        ends after one year, but not before the hour `change`."""
         n = max(self.above[k], self.hour)
         while n < max(self.hour + YEAR, change) and self.at(n) <= self.limits[k]:
             n += 1
@@ -136,7 +137,7 @@ class Weather(Atomic):
         return n
 
     def at(self, hour: int) -> float:
-        """Return the value in an hour."""
+        """Return the wind speed or wave height in an hour."""
         while len(self.known) <= hour:
             day, self.state = self.given.hours(len(self.known) // 24, self.state, self.random)
             self.known += day
@@ -145,8 +146,8 @@ class Weather(Atomic):
 
 @dataclass(frozen=True)
 class YardWeather:
-    """Wind and sea of a yard, the length of the wind forecast [ns], and the alpha factors of the sea: pairs of window
-    length [ns], ascending, and factor by which operational limits are reduced."""
+    """Wind and sea of a yard, the length of the wind forecast [ns], and the alpha factors of the sea. These are pairs
+    of window length [ns], ascending, and factor by which operational limits are reduced."""
 
     wind: HourlySeries | None = None
     sea: HourlySeries | None = None
@@ -154,7 +155,7 @@ class YardWeather:
     alpha: tuple[tuple[int, float], ...] = ()
 
     def factor(self, window: int) -> float:
-        """Return the alpha factor for a window [ns]; 0 for a window longer than all windows with a factor."""
+        """Return the alpha factor for a weather window [ns]; 0 if it is longer than all windows with a factor."""
         return next((x for length, x in self.alpha if window <= length), 0.0) if self.alpha else 1.0
 
 
@@ -162,7 +163,7 @@ NONE = YardWeather()
 
 
 def weather_of(given: Taking, start: date) -> YardWeather:
-    """Return the weather of a yard file; with `weather: none` the weather is always calm."""
+    """Return the weather that a yard file gives; `weather: none` means always calm."""
     if given.source.at(("weather",)) == CALM:
         return NONE
     given.mapping(("weather",), {"wind", "sea", "forecast", "alpha"})

@@ -17,8 +17,8 @@ from heavylift.nodes.models import Sample, SetPoint
 
 
 class Damper(Atomic):
-    """Controller that moves a trolley by `distance` [m] with `speed` [m/s] and acceleration `ramp` [m/s2] from the time
-    `begin` [s], and damps the swing.
+    """Anti-sway controller: moves a trolley by `distance` [m] and damps the swing of its load. It has the `speed` [m/s]
+    and the acceleration `ramp` [m/s2], from the time `begin` [s].
 
     `gain` [m/s per rad], `integral` [m/s2 per rad] and `derivative` [m per rad] are P, I and D; `most` [m/s] limits the
     speed set-point; a set-point that changes by at most `still` [m/s] is not sent.
@@ -47,13 +47,13 @@ class Damper(Atomic):
         self.gains, self.most, self.still = (gain, integral, derivative), most or 2.0 * speed, still
 
     def start(self) -> None:
-        """Start without a measured swing."""
+        """Start the anti-sway controller without a measured swing."""
         self.last: tuple[int, float] | None = None  # time [ns] and angle [rad]
         self.sum = self.said = self.asked = 0.0
         self.passivate()
 
     def external(self, e: int, x: Bag) -> None:
-        """Compute the speed set-point from the measured swing."""
+        """Compute the speed set-point of the trolley from the measured swing."""
         t, angle = self.now.t, x[self.swing][-1].value
         rate = 0.0
         if self.last is not None and t > self.last[0]:
@@ -69,10 +69,10 @@ class Damper(Atomic):
             self.hold_in(0)
 
     def output(self) -> None:
-        """Send the speed set-point if it has changed."""
+        """Send the speed set-point of the trolley if it has changed."""
         self.speed.send(SetPoint(self.asked))
 
     def internal(self) -> None:
-        """Record the sent set-point, and wait for the next sample."""
+        """Record the set-point that was sent, and wait for the next sample of the swing."""
         self.said = self.asked
         self.passivate()

@@ -14,7 +14,7 @@ G = 9.81  # [m/s2]
 
 
 class Bounce(Message):
-    """Message about a bounce: its number, and the speed after it [m/s]."""
+    """Message about a bounce of the ball: its number, and the speed after it [m/s]."""
 
     units: ClassVar[Mapping[str, str]] = {"speed": "m/s"}
     number: int
@@ -22,8 +22,8 @@ class Bounce(Message):
 
 
 class FallingBall(Hybrid):
-    """A ball that falls from a `height` [m]; a bounce keeps the fraction `e` [1] of its speed; below 1 mm/s it
-    rests."""
+    """Hybrid model of a ball that falls from a `height` [m]; a bounce keeps the fraction `e` [1] of its speed. Below 1
+    mm/s it rests."""
 
     bounce = Out(Bounce)
 
@@ -32,35 +32,35 @@ class FallingBall(Hybrid):
         self.height, self.e = height, e
 
     def start(self) -> None:
-        """Start at rest at the initial height."""
+        """Start with the ball at rest at its initial height."""
         self.bounced, self.rests = 0, False
         self.go(self.height, 0.0)
 
     def flow(self, x: State) -> State:
-        """Return the derivatives of height [m/s] and speed [m/s2]."""
+        """Return the derivatives of the ball's height [m/s] and speed [m/s2]."""
         return (0.0, 0.0) if self.rests else (x[1], -G)
 
     def guards(self, x: State) -> State:
-        """Return the height, whose fall through zero is a bounce."""
+        """Return the height of the ball as guard: when it falls through zero, the ball bounces."""
         return (x[0],)
 
     def tell(self, which: tuple[int, ...]) -> None:
-        """Send a message about the bounce."""
+        """Send a message about the bounce of the ball."""
         self.bounce.send(Bounce(self.bounced + 1, -self.e * self.ahead[1]))
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """Reverse and reduce the speed of the ball."""
+        """Reverse and reduce the speed of the ball, which bounces."""
         speed = -self.e * self.state[1]
         self.bounced, self.rests = self.bounced + 1, speed < 1e-3
         self.go(0.0, 0.0 if self.rests else speed)
 
     def result(self) -> Bounce:
-        """Return the number of bounces and the present speed [m/s]."""
+        """Return the number of bounces of the ball and its present speed [m/s]."""
         return Bounce(self.bounced, self.present[1])
 
 
 def bouncing(height: float = 10.0, e: float = 0.8) -> Coupled:
-    """Return a model with one ball."""
+    """Return a coupled model with one bouncing ball."""
     model = Coupled("room")
     model.add(FallingBall("ball", height, e))
     return model

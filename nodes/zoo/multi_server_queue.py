@@ -20,7 +20,7 @@ class QueueStatistics(Message):
 
 
 class Station(Atomic):
-    """One queue with c servers, each of which serves jobs at a `rate` [1/s]; a served job returns to the queue with the
+    """One queue with c servers, each of which serves jobs at a `rate` [1/s]. A served job returns to the queue with the
     probability `again` [1]."""
 
     into, left = In(Job), Out(Job)
@@ -35,7 +35,7 @@ class Station(Atomic):
         self.queue, self.busy = list[tuple[int, Job]](), list[tuple[int, bool, tuple[int, Job]]]()
 
     def external(self, e: int, x: Bag) -> None:
-        """Queue the arriving jobs, with their arrival time [ns]."""
+        """Queue the jobs that arrive at the station, with their arrival time [ns]."""
         self.serve([(self.now.t, job) for job in x[self.into]])
 
     def output(self) -> None:
@@ -44,15 +44,14 @@ class Station(Atomic):
             self.left.send(self.busy[0][2][1])
 
     def internal(self) -> None:
-        """Free the server, and serve the next job in the queue."""
+        """Free the server whose job is finished, and serve the next job in the queue."""
         _, leaves, job = self.busy.pop(0)
         if leaves:
             self.stays.add((self.now.t - job[0]) / 1e9)
         self.serve([] if leaves else [job])
 
     def serve(self, more: list[tuple[int, Job]]) -> None:
-        """Assign waiting jobs to free servers; draw at random when each job is finished and whether it leaves the
-        station."""
+        """Assign waiting jobs to free servers; draw at random when each job is finished and whether it leaves."""
         self.queue += more
         while self.queue and len(self.busy) < self.c:
             ready = self.now.t + seconds(self.random.expovariate(self.rate))
@@ -61,12 +60,12 @@ class Station(Atomic):
         self.hold_in(self.busy[0][0] - self.now.t) if self.busy else self.passivate()
 
     def result(self) -> QueueStatistics:
-        """Return the measured statistics."""
+        """Return the measured statistics of the station."""
         return QueueStatistics(self.stays.count, self.stays.mean, self.length.mean(self.now))
 
 
 def mmc(c: int = 3, arrivals: float = 2.0, service: float = 1.2, again: float = 0.25, seed: int = 1) -> Coupled:
-    """Return a network with Poisson arrivals [1/s] and the station."""
+    """Return a network in which jobs arrive at random (Poisson, [1/s]) at a station with c servers."""
     net = Coupled("net")
     source, station = PoissonGenerator("source", arrivals, seed), Station("station", c, service, again, seed)
     net.connect(net.add(source).job, net.add(station).into)

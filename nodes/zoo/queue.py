@@ -17,7 +17,7 @@ class ObservationEnd(Message):
 
 
 class Counted(Message):
-    """Numbers of arrived and of solved jobs during the observation."""
+    """Numbers of jobs that arrived and that were solved during the observation."""
 
     arrivals: int
     solutions: int
@@ -33,12 +33,12 @@ class Generator(Atomic):
         self.period = period
 
     def start(self) -> None:
-        """Schedule job 0 at time 0."""
+        """Schedule job 0 of the generator at time 0."""
         self.number = 0
         self.hold_in(0)
 
     def output(self) -> None:
-        """Send the next job."""
+        """Send the generator's next job."""
         self.job.send(Job(self.number))
 
     def internal(self) -> None:
@@ -47,7 +47,7 @@ class Generator(Atomic):
         self.hold_in(self.period)
 
     def external(self, e: int, x: Bag) -> None:
-        """Stop sending jobs, because the observation has ended."""
+        """Stop the generator, because the observation has ended."""
         self.passivate()
 
 
@@ -59,7 +59,8 @@ class PoissonGenerator(Generator):
         self.rate, self.seed = rate, seed
 
     def start(self) -> None:
-        """Create the random stream anew, so that equal seeds give equal times, and draw the time of the first job."""
+        """Create the generator's random stream anew, and draw the time of the first job. Equal seeds give equal
+        times."""
         self.number, self.random = -1, stream(self.seed, self.path)
         self.internal()
 
@@ -79,28 +80,28 @@ class Processor(Atomic):
         self.duration = duration
 
     def start(self) -> None:
-        """Start with no job in process."""
+        """Start the processor with no job."""
         self.job: Job | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Accept the first arriving job if no job is in process."""
+        """Accept the first arriving job if the processor is idle."""
         if self.job is None:
             self.job = x[self.into][0]
             self.hold_in(self.duration)
 
     def output(self) -> None:
-        """Send the finished job."""
+        """Send the job that the processor has finished."""
         if self.job is not None:
             self.done.send(self.job)
 
     def internal(self) -> None:
-        """Become idle after the finished job was sent."""
+        """Make the processor idle after it has sent the finished job."""
         self.job = None
         self.passivate()
 
 
 class Transducer(Atomic):
-    """Counts arrived and solved jobs for `span` [ns], then sends a stop message."""
+    """Counts jobs that arrive and jobs that are solved for `span` [ns], then sends a stop message."""
 
     arrived, solved, stop = In(Job), In(Job), Out(ObservationEnd)
 
@@ -109,26 +110,26 @@ class Transducer(Atomic):
         self.span = span
 
     def start(self) -> None:
-        """Start with both counts at zero."""
+        """Start the transducer with both counts at zero."""
         self.arrivals, self.solutions, self.last = 0, 0, Tag(0)
         self.hold_in(self.span)
 
     def external(self, e: int, x: Bag) -> None:
-        """Count arrived and solved jobs."""
+        """Count jobs that have arrived and jobs that have been solved."""
         self.arrivals += len(x.get(self.arrived, []))
         self.solutions += len(x.get(self.solved, []))
         self.last = self.now
 
     def result(self) -> Counted:
-        """Return the counts."""
+        """Return the transducer's numbers of arrived and solved jobs."""
         return Counted(self.arrivals, self.solutions)
 
     def output(self) -> None:
-        """Send the end of the observation."""
+        """Send the message that the observation has ended."""
         self.stop.send(ObservationEnd())
 
     def internal(self) -> None:
-        """Schedule nothing more after the end of the observation."""
+        """Make the transducer passive after the end of the observation."""
         self.passivate()
 
 

@@ -10,7 +10,8 @@ class Token(Message):
 
 
 class RingStation(Atomic):
-    """Holds tokens for `hold` [ns], then passes them on; `first`: the token that the station holds at the start."""
+    """Station of a token ring: holds tokens for `hold` [ns], then passes them on. `first`: the token that the station
+    holds at the start."""
 
     into, out = In(Token), Out(Token)
 
@@ -19,24 +20,24 @@ class RingStation(Atomic):
         self.hold, self.first = hold, first
 
     def start(self) -> None:
-        """Start with the token `first`, if there is one."""
+        """Start the station with the token `first`, if there is one."""
         self.tokens = (self.first,) if self.first else ()
         self.passed = 0
         if self.tokens:
             self.hold_in(self.hold)
 
     def external(self, e: int, x: Bag) -> None:
-        """Add the received tokens to the held tokens, and pass all of them on together."""
+        """Add the received tokens to those that the station holds; all of them are then passed on together."""
         self.tokens = (*self.tokens, *x[self.into])
         self.hold_in(self.hold)
 
     def output(self) -> None:
-        """Send the held tokens."""
+        """Send all tokens that the station holds."""
         for token in self.tokens:
             self.out.send(token)
 
     def internal(self) -> None:
-        """Remove the tokens that were passed on."""
+        """Remove the tokens that the station has passed on."""
         self.passed += len(self.tokens)
         self.tokens = ()
         self.passivate()

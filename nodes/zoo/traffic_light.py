@@ -45,7 +45,7 @@ BLINKS = seconds(0.5)
 
 
 class Light(Atomic):
-    """The traffic light; it sends each colour when this colour begins."""
+    """Atomic model of a traffic light; it sends a message with each colour when this colour begins."""
 
     take, show = In(Take), Out(Show)
 
@@ -55,11 +55,11 @@ class Light(Atomic):
         self.hold_in(0)
 
     def output(self) -> None:
-        """Send the colour that begins."""
+        """Send the colour of the traffic light that begins now."""
         self.show.send(Show(self.coming))
 
     def internal(self) -> None:
-        """Wait for the duration of this colour."""
+        """Keep the new colour of the traffic light for its duration."""
         shown = self.coming
         if self.mode == LightMode.AUTO:
             self.coming = TURN[shown]
@@ -69,7 +69,7 @@ class Light(Atomic):
             self.hold_in(BLINKS)
 
     def external(self, e: int, x: Bag) -> None:
-        """Handle a command of the operator."""
+        """Handle a command of the operator to the traffic light."""
         mode = x[self.take][-1].mode
         if mode != self.mode:
             self.mode, self.coming = mode, Colour.RED if mode == LightMode.AUTO else Colour.YELLOW

@@ -49,8 +49,7 @@ def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int)
 
 
 def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
-    """Empty an atomic model's bag of several messages and return them by input port, ordered by port name and then by
-    source."""
+    """Empty an atomic model's bag and return its messages by input port, in the order of port names and sources."""
     assert m._port is not None
     assert m._more is not None
     bag = Arrived()
@@ -63,7 +62,7 @@ def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
 def spoken(
     tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], inner: bool = False
 ) -> list[Event]:
-    """Return, in total order, the events sent at a logical time to other nodes or, if `inner`, within this node."""
+    """Return the events sent at a logical time to other nodes or, if `inner`, within this node, in total order."""
     left = [
         # the total order of events: source, port, then place in the port's bag
         (target.owner.name, target.name, number, value)
@@ -98,8 +97,8 @@ def entry(model: Model, name: str) -> InPort[Message]:
 
 
 def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
-    """Return the port at which an event from another node enters, and its decoded message, which all receivers in this
-    node share. Raises ModelError if no port here is coupled to the event's source."""
+    """Return the port at which an event from another node enters, and the decoded message, which all receivers share.
+    Raises ModelError if no port here is coupled to the event's source."""
     if (event.source, event.port) not in entries:
         raise ModelError(f"{event.source}.{event.port} at {event.tag}: no port of this node is coupled to this output")
     start, targets = entries[event.source, event.port]
@@ -118,8 +117,9 @@ STALE = 4  # stale entries for each atomic at which the slots are made anew
 
 
 class Schedule:
-    """The times at which the atomic models are due. `imminent`: indices of the models due at the logical time that
-    `next` returned, in the order of their paths."""
+    """The times at which the atomic models are due.
+
+    `imminent`: indices of the models due at the logical time that `next` returned, in the order of their paths."""
 
     def __init__(
         self, atomics: list[Atomic], last: Instant, present: Present, known: Collection[Atomic] = frozenset()
@@ -138,8 +138,8 @@ class Schedule:
                 self._begin(m, last, present)
 
     def next(self, last: Instant) -> Instant:
-        """Return the earliest logical time after `last` at which a model is due, and set `imminent` to the models due
-        then."""
+        """Return the earliest logical time after `last` at which a model is due; `imminent` then lists the models
+        due."""
         if self.soon:
             self.imminent, self.soon = self.soon, []
             self.imminent.sort()
@@ -167,8 +167,9 @@ class Schedule:
             self.slots[self.times[0]] = self.imminent
 
     def move(self, m: Atomic, t: int, now: int) -> None:
-        """Reschedule an atomic model to t [ns]; if t is `now`, the caller must append the index of the model to `soon`
-        for the next microstep."""
+        """Reschedule an atomic model to the time t [ns].
+
+        If t is `now`, the caller must append the index of the model to `soon` for the next microstep."""
         before, slots, times = m._t, self.slots, self.times
         if t == before:
             return

@@ -37,19 +37,19 @@ _OPEN = object()  # in place of what is being made of its parts
 
 
 def frozen(value: object, around: Sequence[object] = ()) -> bytes:
-    """Serialise a value. Objects in `around` are stored as references, not as copies. Raises TypeError if the value
-    cannot be saved."""
+    """Serialise a Python value to bytes; raises TypeError if that is impossible. Objects in `around` become
+    references."""
     return msgspec.msgpack.encode(Freezer(around).fold(value))
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise a value from bytes that `frozen` made with the same `around`; raises TypeError or LookupError for
-    other bytes."""
+    """Deserialise a value from bytes made by `frozen`; raises TypeError or LookupError for other bytes. `around`: the
+    objects that were given to `frozen`, to which the value refers."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 
 class Freezer:
-    """Serialiser that stores repeated objects, and the objects in `around`, as numbered references."""
+    """Serialiser that stores an object which it has met before as a numbered reference."""
 
     def __init__(self, around: Sequence[object] = ()) -> None:
         self._met: list[object] = [*around]  # kept, so that no id is given twice
@@ -62,7 +62,7 @@ class Freezer:
             del self._numbers[id(self._met.pop())]
 
     def fold(self, x: Any) -> object:
-        """Convert a value into plain data that can be encoded; raises TypeError if some part cannot be saved."""
+        """Convert a Python value into plain data for MessagePack; raises TypeError if some part cannot be saved."""
         kind = type(x)
         if kind in _SCALARS:
             return x

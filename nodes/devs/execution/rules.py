@@ -85,7 +85,7 @@ the bytes of those attributes that can be changed in place."""
 
 
 class Witness:
-    """Checks that output functions leave the states of atomic models unchanged: for the models in `new`, and for all
+    """Checks that output functions leave the states of atomic models unchanged. It checks the models in `new`, and all
     models when the countdown `left` is negative."""
 
     def __init__(self, candidates: bool = True) -> None:
@@ -95,7 +95,7 @@ class Witness:
         self._first, self._met, self._random = FIRST, set[type[Atomic]](), Random(EVERY)
 
     def meet(self, atomics: list[Atomic]) -> None:
-        """Register the present atomic models of the simulator."""
+        """Register the simulator's atomic models, so that their output functions can be checked."""
         if not self.looks:
             return
         self._atomics = atomics
@@ -186,8 +186,8 @@ def _changeable(state: dict[str, object]) -> dict[str, bytes]:
 
 
 def image(x: object) -> bytes:
-    """Serialise a value for comparisons within this process; models and ports are stored as references; b"" if the
-    value cannot be serialised."""
+    """Serialise a value for comparisons within this process; b"" if that is impossible. Models and ports are stored as
+    references."""
     file = io.BytesIO()
     try:
         _Pickler(file, 5).dump(x)
@@ -221,8 +221,8 @@ def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
 
 
 def thawed(snapshot: bytes, former: Sequence[Model]) -> tuple[list[Model], Instant, Staged]:
-    """Deserialise the model trees of a snapshot, which replace the trees `former`; return the new trees, the logical
-    time of their last transition, and the undelivered inputs."""
+    """Return the model trees of a snapshot, the logical time of their last transition and their undelivered inputs.
+    `former`: the trees that they replace."""
     try:
         parts = msgspec.msgpack.decode(snapshot, type=list[bytes])
         found: list[Any] = [canonical.thawed(part, _around(m)) for part, m in zip(parts, former, strict=True)]

@@ -130,8 +130,8 @@ class Simulator:
         self._staged.append((into, travelling(fitting(into, value), repr(into))))
 
     def advance(self, tag: Tag, bag: Sequence[Event] = (), until: Tag = BEGIN) -> None:
-        """Execute the transitions at `tag` with the sorted input events `bag` and the injected messages. Then continue
-        at later logical times before `until`, as long as no event leaves the root model."""
+        """Execute the transitions at `tag` with the sorted input events `bag` and the injected messages. Later
+        transitions before `until` follow, as long as no event leaves the root model."""
         due = self.next_time
         if tag == due:
             # lambda may have run already in `outputs`: it runs once per tag
@@ -301,8 +301,8 @@ class Simulator:
         return Tag(*self._last)
 
     def results(self, end: Tag | int = 0) -> dict[str, Message]:
-        """Return the result of each atomic model that has one, by model path, at the logical time or time [ns] `end`
-        (default: at the last transition)."""
+        """Return the results of the atomic models that have one, by model path, at the logical time or time [ns]
+        `end`."""
         _ = self.next_time  # what was asked of the structure has happened then
         at = Tag(end) if isinstance(end, int) else end
         return results_of(self.atomics, self._present, max(self.last, at, Tag(0)))

@@ -60,7 +60,7 @@ class Trace:
         self._values += values
 
     def settle(self) -> None:
-        """Reconstruct the transitions stored so far; must be called before the routes change."""
+        """Reconstruct the transitions recorded so far; must be called before the model's routes change."""
         sizes, due, text = iter(self._sizes), 0, 0
         for t, k, n_due, n_said in zip(sizes, sizes, sizes, sizes, strict=True):
             imminent, now = self._due[due : due + n_due], slice(text, text + n_said)
@@ -122,7 +122,7 @@ def outs(m: Model) -> list[OutPort[Never]]:
 
 
 def leaving(sources: Iterable[Port[Message]]) -> bool:
-    """Return whether any of these output ports is coupled to another node."""
+    """Return whether an event sent from one of these output ports goes to another node."""
     for port in sources:  # noqa: SIM110 (`any` with a generator takes three times as long)
         if isinstance(port, OutPort) and port.exits:
             return True
@@ -136,8 +136,7 @@ def speakers(atomics: Iterable[Atomic]) -> list[tuple[Atomic, int]]:
 
 
 class Border:
-    """The output ports of root models and the atomic models that feed them, valid while the model structure is
-    unchanged."""
+    """The output ports of root models and the atomic models that feed them, for one state of the model structure."""
 
     def __init__(self, roots: Iterable[Model], atomics: Iterable[Atomic]) -> None:
         ports = [port for m in atomics for port in outs(m)]
@@ -168,8 +167,7 @@ class Border:
         return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
 
     def still_promises(self, at: Tag, before: "Border") -> None:
-        """Raise ModelError if a change of the model structure has reduced the lookahead of a port that other nodes rely
-        on."""
+        """Raise ModelError if a change of the model structure has reduced a lookahead on which other nodes rely."""
         for port, ahead in before._promised.items():
             now = self._promised[port]
             if now < ahead:
@@ -181,8 +179,7 @@ class Border:
 
 
 def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
-    """Raise ModelError if an output is sent earlier than its port's lookahead allows, counted from the transition that
-    scheduled the output."""
+    """Raise ModelError if an output is sent sooner after it was scheduled than its port's lookahead allows."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
             # counted from the transition that scheduled the output: what had been scheduled before bounds nothing
@@ -212,7 +209,7 @@ class Observed:
     def note(
         self, tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], noted: bool = False
     ) -> None:
-        """Record the outputs sent at a logical time; an output scheduled before the recording began does not count for
+        """Record the outputs sent at a logical time. An output scheduled before the recording began does not count for
         the observed lookahead."""
         t = tag[0]
         if noted:

@@ -26,8 +26,7 @@ def turns(plan: Plan) -> bool:
 
 
 def turn_of(plan: Plan) -> str:
-    """Return the name of the virtual master that a plan's turns follow; if there are several lifts, it contains the
-    name of the lift."""
+    """Return the name of the virtual master drive that the turns of a plan follow."""
     return f"{plan.lists[0].name}-{TURN}" if plan.lists else TURN
 
 

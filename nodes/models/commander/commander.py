@@ -21,10 +21,10 @@ from .orders import Orders
 
 
 class Commander(Orders):
-    """Carries out the action list of a plan."""
+    """Atomic model that executes the action list of a plan."""
 
     def start(self) -> None:
-        """Begin the first action if its condition holds."""
+        """Begin the first action of the list if its condition holds."""
         self._clear()
         self.index, self.since, self.over, self.ended = self.plan.first, 0, False, False
         self._expect()
@@ -42,17 +42,17 @@ class Commander(Orders):
         self._settle()
 
     def output(self) -> None:
-        """Send the orders."""
+        """Send the commander's orders to the machines."""
         for port, message in self.outbox:
             port.send(message)
 
     def internal(self) -> None:
-        """Remove the sent orders, and give the orders that are possible now."""
+        """Remove the orders that were sent, and give the orders that are possible now."""
         self.outbox = []
         self._settle()
 
     def waiting_for(self) -> str:
-        """Describe in a sentence what the action list is waiting for; return "" if the list is done."""
+        """Return a sentence about the conditions that the action list is waiting for; "" if the list is done."""
         moment = EvaluationContext(self.now.t, self.since, still_open(self.jobs, self.index - 1))
         if self.index == self.end:
             if all(job.ends_ns is not None for job in self.jobs):

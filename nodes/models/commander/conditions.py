@@ -37,11 +37,11 @@ class ObservedState:
     ended: set[str] = field(default_factory=set)  # lifts whose lists are done
 
     def on_ground(self, model: str) -> bool:
-        """Return whether a support touches any body of this model."""
+        """Return whether any body of a model touches a support."""
         return any(body in self.grounded for body in self.bodies.get(model, ()))
 
     def note(self, report: m.Report) -> None:
-        """Update the state with a report."""
+        """Update the observed state of the lift by a report."""
         actor = report.actor
         match report:
             case m.RopeState():
@@ -69,7 +69,7 @@ class ObservedState:
 
 
 class OrderRejected(ModelError):
-    """Raised for an order that cannot be carried out; `by`: numbers (action, order) of the order that conflicts with
+    """Raised for an order that cannot be carried out. `by`: numbers (action, order) of the order that conflicts with
     it, if any."""
 
     def __init__(self, sentence: str, by: tuple[int, ...] = ()) -> None:
@@ -79,8 +79,9 @@ class OrderRejected(ModelError):
 
 @dataclass(frozen=True)
 class EvaluationContext:
-    """What the evaluation of a condition needs besides the state: present time, time from which durations count, and
-    the orders still open, for `moves done`."""
+    """The data that the evaluation of a condition needs besides the state of the lift.
+
+    They are the present time, the time from which durations count, and the orders still open, for `moves done`."""
 
     now_ns: int
     since_ns: int
@@ -97,7 +98,7 @@ def terms(condition: scene.Condition | None) -> Iterator[scene.Condition]:
 
 
 def crossings(condition: scene.Condition | None) -> list[tuple[int, scene.CrossingCondition]]:
-    """Return the thresholds in a condition, each with the index of its term."""
+    """Return the thresholds in a condition, each with the index of the term that contains it."""
     return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, scene.CrossingCondition)]
 
 
@@ -108,7 +109,7 @@ def crossed(action: scene.Action) -> Iterator[scene.CrossingCondition]:
 
 
 def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
-    """Return, for each model, the thresholds that it must watch for the action list."""
+    """Return the thresholds that each model must watch for the action list."""
     found: dict[str, dict[str, Threshold]] = {}
     for crossing in (crossing for action in plan.actions for crossing in crossed(action)):
         found.setdefault(crossing.model, {})[crossing.threshold.name] = crossing.threshold
@@ -143,7 +144,7 @@ def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> l
 
 
 def words(condition: scene.Condition, state: ObservedState, moment: EvaluationContext) -> str:
-    """Describe why a condition does not hold yet, as in "all slings taut (legs.sling-2 is slack)"."""
+    """Return a description of why a condition does not hold yet, as in "all slings taut (legs.sling-2 is slack)"."""
     missing = [term for term in terms(condition) if not _true(term, state, moment)]
     return " and ".join(_words(term, state, moment) for term in missing)
 

@@ -48,13 +48,13 @@ def addressed(order: scene.Order) -> str | None:
 
 
 def still_open(jobs: list[CommanderJob], action: int) -> tuple[tuple[str, str, bool], ...]:
-    """Return the open orders of an action as (verb, actor or end time of a wait, whether a limit stopped it)."""
+    """Return the unfinished orders of an action as (verb, actor or end time of a wait, whether a limit stopped it)."""
     of = [(job, job.actor if job.ends_ns is None else clock(job.ends_ns)) for job in jobs if job.action == action]
     return tuple((job.verb, actor, bool(job.limit)) for job, actor in of)
 
 
 def partners(jobs: list[CommanderJob], actor: str) -> list[CommanderJob]:
-    """Return the open orders that `together` couples with the order of this actor."""
+    """Return the unfinished orders that `together` couples with this actor's order."""
     names = {name for job in jobs if job.actor == actor and job.move for name in job.move.together}
     return [job for job in jobs if job.actor in names - {actor} and job.move and not job.halting and not job.limit]
 

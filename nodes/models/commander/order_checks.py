@@ -31,8 +31,8 @@ class Machines:
         self.joints = {drive.name: joints[drive.joint] for drive in drives}
 
     def check(self, order: Order, state: ObservedState, lugs: Mapping[str, str]) -> None:
-        """Raise OrderRejected for an order that contradicts the plan or the observed state. `lugs`: the lug of each
-        hooked sling."""
+        """Raise OrderRejected for an order that contradicts the plan or the observed state of the lift. `lugs`: the lug
+        of each hooked sling."""
         plan = self.plan
         for joint in self.moved(order, lugs):
             if joint.name in plan.fidelity.locked:
@@ -63,7 +63,7 @@ class Machines:
                 raise OrderRejected(f"{actuator} is controlled by the model {who} and takes no other orders")
 
     def followers(self, order: Turn, lugs: Mapping[str, str], master: str = TURN) -> list[Follow]:
-        """Return the actuators that must follow a turn, with their laws; OrderRejected if a hook cannot follow."""
+        """Return the actuators that must follow a turn of a block, with their reference laws."""
         return followers(self.parts, lugs, order.block, master)
 
     def moved(self, order: Order, lugs: Mapping[str, str]) -> list[Joint]:

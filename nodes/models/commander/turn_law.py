@@ -24,9 +24,10 @@ ACROSS = (0.0, 1.0, 0.0)  # the way of what follows a turn
 def followers(
     machines: Sequence[Mechanism], lugs: Mapping[str, str], block: str = "block", master: str = TURN
 ) -> list[Follow]:
-    """Return the reference law of each trolley and winch that holds the block by slings. `lugs`: lug of each hooked
-    sling. Raises OrderRejected if no hook can follow the turn, or if none can tilt the block since all its lugs are in
-    one line."""
+    """Return the reference laws by which trolleys and winches follow a turn of the block that they hold by slings.
+
+    `lugs`: lug of each hooked sling. Raises OrderRejected if no hook can follow the turn, or if none can tilt the block
+    since all its lugs are in one line."""
     found: dict[str, Follow] = {}
     lines: list[tuple[float, float]] = []
     cargo = next((c for machine in machines for c in machine.cargo if c.body == block), None)

@@ -41,8 +41,9 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 class Pass(NamedTuple):
-    """A step of the model reduction, applied to one machine. `guard` returns "" if the step may change the motion of a
-    plan, else the reason why the motion stays unchanged."""
+    """A step that reduces a machine to a simpler model, with a check whether this leaves the motion unchanged.
+
+    `guard` returns the reason why the motion of a plan stays unchanged, or "" if it may change."""
 
     name: str
     apply: Callable[[Mechanism, Fidelity], Mechanism]

@@ -29,7 +29,7 @@ Modes = Any  # of the kernel, which needs NumPy, as a process that only declares
 
 
 def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with its flexible bodies modelled as beams."""
+    """Return the machine with its bending bodies modelled as flexible beams."""
     if fidelity.girder == "rigid" or not machine.bends:
         return machine
     heavy = fidelity.ropes == "massive" or fidelity.rope_mass == "lumped"
@@ -181,8 +181,10 @@ def _on_girder(girder: Bend, joint: Joint, down: float) -> Joint:
 
 
 def sag(machine: Mechanism, girder: Bend, *, heavy: bool) -> float:
-    """Return the static deflection at midspan [m]: F / (pi^4 EI / 2 L^3) with F = sum of P sin(pi y / L) + 2 m g / pi,
-    for the loads P at y; `heavy`: whether hook ropes have mass."""
+    """Return the static deflection at midspan [m] of a girder under the loads P at the positions y.
+
+    This is F / (pi^4 EI / 2 L^3) with F = sum of P sin(pi y / L) + 2 m g / pi; `heavy`: whether hook ropes have
+    mass."""
     g, system = machine.system.gravity, machine.system
     bodies, joints = {b.name: b for b in system.bodies}, {j.name: j for j in system.joints}
     lengths = {rope.name: rope.L0 for rope in system.all_ropes}

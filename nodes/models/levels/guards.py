@@ -24,8 +24,8 @@ SIMPLE = ("free", "fixed", "prismatic", "revolute")
 
 
 def guard_locked(plan: Plan) -> str:
-    """Return the reason why locking the joints leaves the motion unchanged (no order moves their drives, or the lift is
-    mirror-symmetric), or "" if locking them may change the motion."""
+    """Return the reason why locking the joints leaves the motion unchanged, or "" if it may change the motion. The
+    reason is that no order moves their drives, or that the lift is mirror-symmetric."""
     drives = {drive.joint: drive for machine in plan.machines for drive in machine.system.drives}
     moved, names = ordered(plan), {*plan.fidelity.locked}
     joints = [joint for machine in plan.machines for joint in machine.system.joints if joint.name in names]
@@ -38,19 +38,17 @@ def guard_locked(plan: Plan) -> str:
 
 
 def unless(models: Callable[[Mechanism], bool]) -> Callable[[Plan], str]:
-    """Return the guard of a pass: the pass changes nothing if `models` returns false for all machines of the plan."""
+    """Return the guard of a reduction step that has no effect unless `models` is true for a machine of the plan."""
     return lambda plan: "" if any(map(models, plan.machines)) else NONE
 
 
 def guard_supports(plan: Plan) -> str:
-    """Return the reason why leaving out supports leaves the motion unchanged (no block is turned over), or "" if it may
-    change the motion."""
+    """Return the reason why leaving out supports leaves the motion unchanged, or "" if it may change the motion."""
     return "" if any(isinstance(order, Turn) for action in plan.actions for order in action.orders) else UNTURNED
 
 
 def guard_motion(plan: Plan) -> str:
-    """Return the reason why restricting the motion to a plane leaves the motion unchanged (the lift is
-    mirror-symmetric), or "" if the restriction may change the motion."""
+    """Return the reason why restricting motion to a plane leaves the motion unchanged, or "" if it may change it."""
     return MIRRORED if plan.fidelity.motion != "spatial" and _Mirror(plan).holds() else ""
 
 

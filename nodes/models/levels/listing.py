@@ -7,14 +7,13 @@ from . import PASSES, modelled
 
 
 def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
-    """Return a machine reduced to the model level of its plan or, if its lift has its own level, of the lift."""
+    """Return a machine reduced to the model level of its lift or, if the lift has none of its own, of the plan."""
     lift = next((each for each in plan.lists if machine.name in each.machines), plan)
     return modelled(machine, lift.fidelity)
 
 
 def exact(plan: Plan) -> dict[str, str]:
-    """Return the simplifications in a plan's model level that leave the motion unchanged, each with the reason for
-    this."""
+    """Return those simplifications of a plan's model level that leave the motion unchanged, each with the reason."""
     return {each.name: why for each in PASSES if (why := each.guard(plan))}
 
 

@@ -42,7 +42,7 @@ GAUSS = 0.28867513459481287  # 1/sqrt(12): the radius of gyration of a straight 
 
 
 def lumped(n: int) -> list[tuple[float, float]]:
-    """Return the positions (0 to 1 along the rope) and the weights (sum 1) of the n lumps of a rope."""
+    """Return the positions (0 to 1 along the rope) and the mass fractions of n lumped masses of a rope."""
     if n == 2:
         return [(0.5 - GAUSS, 0.5), (0.5 + GAUSS, 0.5)]
     return [((i + 0.5) / n, 1.0 / n) for i in range(n)]
@@ -57,7 +57,7 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
 
 
 def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
-    """Return a rope as a chain of pieces and lumps, at rest under its load at the start.
+    """Return a rope as a chain of elastic pieces and lumped masses, at rest under its load at the start.
 
     The part of the rope that does not hang, such as the part to the drum, belongs to the first piece and has no mass.
     The damping of each piece is scaled so that the whole chain is damped like the rope.

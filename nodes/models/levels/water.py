@@ -18,15 +18,14 @@ NONE: Matrix6 = ((0.0,) * 6,) * 6
 
 
 def radiating(machine: Mechanism) -> dict[str, tuple[Radiation, float]]:
-    """Return the radiation of each single floating body on which waves act, with the mean frequency of the waves
-    [rad/s]."""
+    """Return the radiation force model of each single floating body in waves, with the mean wave frequency [rad/s]."""
     forces = [f for f in machine.system.forces if isinstance(f, Radiation) and not f.beside]
     found = {f.at.body: (f, _mean(machine, f.at.body)) for f in forces}
     return {body: x for body, x in found.items() if x[1]}
 
 
 def without_memory(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with the added mass and damping of one frequency, if the fidelity requires it."""
+    """Return the machine with added mass and damping of its hulls at one frequency, if the fidelity requires it."""
     found = radiating(machine) if fidelity.water == "one frequency" else {}
     if not found:
         return machine
@@ -39,8 +38,8 @@ def without_memory(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def at_frequency(f: Radiation, w: float) -> tuple[Matrix6, Matrix6]:
-    """Return the added mass beyond that at infinite frequency, -G^T Y, and the damping, -G^T F Y, at a frequency w
-    [rad/s], with (F^2 + w^2) Y = G."""
+    """Return the added mass (beyond that at infinite frequency) and the radiation damping at a frequency w [rad/s].
+    These are -G^T Y and -G^T F Y, with (F^2 + w^2) Y = G."""
     columns = list(zip(*f.F, strict=True))
     squares = [[dot(row, column) + (w * w if i == j else 0.0) for j, column in enumerate(columns)]
                for i, row in enumerate(f.F)]  # fmt: skip

@@ -26,9 +26,10 @@ TOUCH = 1e-9  # an end position closer than this is reached [m]
 
 
 class DriveActor(LiveActor):
-    """Moves the actuator `element` between its end positions (None: no end). `emergency`: deceleration of a stop at a
-    limit switch or by an order that gives no deceleration; `stops`: how each interlock stops the actuator, by the name
-    of the interlock."""
+    """Actor of a drive or winch: moves the actuator `element` between its end positions (None: no end).
+
+    `emergency`: deceleration of a stop at a limit switch or by an order that gives no deceleration; `stops`: how each
+    interlock stops the actuator, by the name of the interlock."""
 
     def __init__(
         self,
@@ -64,14 +65,14 @@ class DriveActor(LiveActor):
         self.wake = self.rows[0][0] if self.rows else None
 
     def external(self, e: int, x: Bag) -> None:
-        """Process trips of interlocks first, then orders and events."""
+        """Process trips of interlocks first, then orders to the drive and state events."""
         for trip in x.get(self.trip, ()) if self.trip else ():
             self.heed(trip)
         super().external(e, x)
 
     def heed(self, trip: m.Trip) -> None:
-        """React to an interlock: if it trips, block a direction and stop motion in this direction; if it is reset, free
-        the direction."""
+        """React to an interlock: when it trips, block a direction of the drive and stop motion in it; when it resets,
+        free it."""
         if (stopped := self.stops.get(trip.interlock)) is None:
             return
         why = f"interlock {trip.interlock}"
@@ -81,7 +82,7 @@ class DriveActor(LiveActor):
             self.barred.pop(why, None)
 
     def bar(self, why: str, way: int, emergency: float | None) -> None:
-        """Block the direction `way` (+1, -1, or 0 for both) for the reason `why`."""
+        """Block motion of the drive in the direction `way` (+1, -1, or 0 for both) for the reason `why`."""
         self.barred[why] = way
         if self.law is not None:
             self.say(m.Limit(self.element, why, self.reference()[0]))
@@ -117,8 +118,9 @@ class DriveActor(LiveActor):
                 super().execute(order)
 
     def run(self, order: m.Order, asked: Motion) -> None:
-        """Begin a move; an actuator that is ramping down or controlled by a user model starts with its present
-        speed."""
+        """Begin a move of the actuator.
+
+        An actuator that is ramping down or controlled by a user model starts with its present speed."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}; wait until that is done")
         if self.job is not None and not self.halting and not order.led:
@@ -147,7 +149,7 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(duration) if duration < inf else None
 
     def halt(self, order: m.Order) -> None:
-        """Ramp down the move that an order began, unless the move has already stopped."""
+        """Ramp down the move of the actuator that an order began, unless the move has already stopped."""
         if self.job != order.id or self.halting:
             return
         x, v = self.reference()
@@ -160,7 +162,7 @@ class DriveActor(LiveActor):
         self._begin_rows(rows)
 
     def stand(self, order: m.Order, accel: float | None) -> None:
-        """Carry out an order to stop: the order is done when the actuator stands still."""
+        """Carry out an order to stop the actuator; the order is done when the actuator stands still."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}; stop the block instead")
         x, v = self.reference()
@@ -175,7 +177,7 @@ class DriveActor(LiveActor):
             self.stop("", accel or self.emergency)
 
     def stop(self, limit: str, accel: float | None = None) -> None:
-        """Ramp down because of a limit, with the deceleration `accel` (None: the deceleration of the move)."""
+        """Ramp the actuator down to a stop, with the deceleration `accel` (None: that of its move)."""
         x, v = self.reference()
         accel = accel or self.accel
         self.halting, self.limit, self.rows = True, limit, ()
@@ -185,14 +187,14 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(self.profile.d1)
 
     def follow(self, order: m.Order, law: Follow) -> None:
-        """Start to follow a master by a law."""
+        """Make the actuator follow a master coordinate by a reference law."""
         if self.job is not None or self.law is not None:
             self.refuse(order, f"{self.element} is already moving and cannot follow {law.master}")
         self.law = law
         self.say(m.SetFollow(self.element, law.master, law.law))
 
     def release(self, s: float) -> None:
-        """Stop following the master, whose present value is `s`."""
+        """Make the actuator stop following its master, whose present value is `s`."""
         assert self.law is not None
         self._rest(self.x0 + self.law.value(s) - self.law.value(self.law.s))
         self.law = None
@@ -207,7 +209,7 @@ class DriveActor(LiveActor):
         return [m.Done(self.element, self.job, self.goal)]
 
     def expire(self) -> None:
-        """Stop at the end of the move, or continue with the next speed."""
+        """End the move of the actuator, or continue it with the next speed of its profile."""
         if self._goes_on:
             self._next_row()
             return
@@ -215,8 +217,7 @@ class DriveActor(LiveActor):
         self._rest(self.goal)
 
     def reference(self) -> tuple[float, float]:
-        """Return the present reference position and speed of the actuator, without the contribution of a followed
-        master."""
+        """Return the actuator's present reference position and speed, without the contribution of a followed master."""
         t = (self.now.t - self.since) / 1e9
         return self.x0 + self.profile.displacement(t), self.profile.speed(t)
 
@@ -260,7 +261,7 @@ class DriveActor(LiveActor):
 
 
 class HeldActor(LiveActor):
-    """Replacement for the drive `element` of a joint that is not modelled: refuses all orders with the reason `why`."""
+    """Replacement for the drive of a joint that is not modelled: refuses all orders with the reason `why`."""
 
     def __init__(self, name: str, element: str, why: str) -> None:
         super().__init__(name, element)

@@ -41,14 +41,13 @@ class LoadCell(LiveActor):
         self.arm()
 
     def notice(self, event: StateEvent) -> None:
-        """Report an overload or its end."""
+        """Report that the load cell is overloaded, or that the overload has ended."""
         self.over = not self.over
         self.say(Overload(self.element, event.value, self.rated, self.over))
         self.arm()
 
     def arm(self) -> None:
-        """Watch the threshold of the load cell: the rated value or, in an overload, the value at which the overload
-        ends."""
+        """Watch the rated value of the load cell or, in an overload, the value at which the overload ends."""
         self.say(Watch(self.element, self.rated * (RELIEF if self.over else 1.0), not self.over))
 
 
@@ -81,17 +80,17 @@ class Inclinometer(LiveActor):
 
 
 class ThresholdWatcher(LiveActor):
-    """Watches the thresholds that the commander's conditions contain, each threshold once per order."""
+    """Watches the thresholds in the commander's conditions, each threshold once per order."""
 
     def __init__(self, name: str, thresholds: tuple[Threshold, ...]) -> None:
         super().__init__(name, name, System(thresholds=thresholds), hears=tuple(t.name for t in thresholds))
 
     def answers(self, element: str) -> bool:
-        """Return whether an order is to watch, or to stop watching, a threshold of this watcher."""
+        """Return whether an order starts or ends the watch of one of this watcher's thresholds."""
         return element in self.hears
 
     def execute(self, order: Order) -> None:
-        """Start or stop watching a threshold."""
+        """Start or stop watching a threshold, as ordered."""
         match order.what:
             case plan.WatchThreshold(value=value, rising=rising):
                 self.say(Watch(order.actor, value, rising))
@@ -101,7 +100,7 @@ class ThresholdWatcher(LiveActor):
                 super().execute(order)
 
     def notice(self, event: StateEvent) -> None:
-        """Report that a threshold was reached."""
+        """Report that a watched threshold was reached."""
         self.say(Reached(event.name, event.value))
 
 
@@ -133,7 +132,7 @@ class InterlockActor(LiveActor):
                 self.say(m.Tripped(self.element, True, self.bypassed))
 
     def notice(self, event: m.StateEvent) -> None:
-        """Record that a threshold was reached or reset, and report if the interlock trips or is reset by this."""
+        """Process a threshold that was reached or reset; report if the interlock thereby trips or resets."""
         before = bool(self.beyond)
         self.beyond = self.beyond ^ {event.name}
         self._watch(event.name)
@@ -141,7 +140,7 @@ class InterlockActor(LiveActor):
             self.say(m.Tripped(self.element, bool(self.beyond), self.bypassed))
 
     def output(self) -> None:
-        """Send reports and kernel inputs, and inform the drives of a trip or reset."""
+        """Send the interlock's reports and kernel inputs, and inform the drives of a trip or reset."""
         super().output()
         if any(isinstance(message, m.Tripped) for message in self.outbox):
             self.trip.send(m.Trip(self.element, bool(self.beyond) and not self.bypassed))

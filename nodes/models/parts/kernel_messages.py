@@ -22,8 +22,8 @@ class KernelInput(Message, frozen=True):
 
 
 class SetProfile(KernelInput, frozen=True):
-    """Kernel input: ramp up to the signed `speed`, cruise, and ramp down so that the displacement is `distance` (None:
-    keep going)."""
+    """Kernel input: ramp an actuator up to the signed `speed`, cruise, and ramp down after the displacement `distance`.
+    If `distance` is None, the actuator keeps going."""
 
     command: ClassVar[str] = "set_profile"
     units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "distance": PLACE}
@@ -34,14 +34,17 @@ class SetProfile(KernelInput, frozen=True):
     distance: float | None = None
 
     def part(self, piece: str, share: float) -> "SetProfile":
-        """Return the input for one piece of a rope; `share`: the piece's share of the rope's length."""
+        """Return the kernel input for one piece of a rope that is modelled in pieces. `share`: the piece's share of the
+        rope's length."""
         distance = None if self.distance is None else self.distance * share
         return SetProfile(piece, self.start_ns, self.speed * share, self.accel * share, distance)
 
 
 class SetFollow(KernelInput, frozen=True):
-    """Follow a master: the reference changes by f(s) - f(present s), with f(s) = k1 s + kc cos s + ks sin s, where s is
-    the value of the master and `law` holds (k1, kc, ks). An empty `master` means hold the position."""
+    """Kernel input: make an actuator follow a master; an empty `master` means hold the position.
+
+    The reference changes by f(s) - f(present s), with f(s) = k1 s + kc cos s + ks sin s, where s is the value of the
+    master and `law` holds (k1, kc, ks)."""
 
     command: ClassVar[str] = "set_follow"
     actuator: str
@@ -49,7 +52,8 @@ class SetFollow(KernelInput, frozen=True):
     law: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def part(self, piece: str, share: float) -> "SetFollow":
-        """Return the input for one piece of a rope; `share`: the piece's share of the rope's length."""
+        """Return the kernel input for one piece of a rope that is modelled in pieces. `share`: the piece's share of the
+        rope's length."""
         k1, kc, ks = self.law
         return SetFollow(piece, self.master, (k1 * share, kc * share, ks * share))
 
@@ -63,7 +67,7 @@ class SetSignal(KernelInput, frozen=True):
 
 
 class SetBrake(KernelInput, frozen=True):
-    """Engage or release a brake."""
+    """Kernel input: engage or release a brake."""
 
     command: ClassVar[str] = "set_brake"
     brake: str
@@ -71,7 +75,7 @@ class SetBrake(KernelInput, frozen=True):
 
 
 class SetLock(KernelInput, frozen=True):
-    """Lock or release a joint; locking a moving joint stops it by an impulse."""
+    """Kernel input: lock or release a joint; locking a moving joint stops it by an impulse."""
 
     command: ClassVar[str] = "set_lock"
     lock: str
@@ -79,8 +83,9 @@ class SetLock(KernelInput, frozen=True):
 
 
 class Hook(KernelInput, frozen=True):
-    """Hook a sling to end points `a` and `b` (in the frames of their bodies) with the unstretched length `L0`; None
-    keeps the present value."""
+    """Kernel input: hook a sling to two end points.
+
+    `a` and `b` are in the frames of their bodies, `L0` is the unstretched length; None keeps the present value."""
 
     command: ClassVar[str] = "hook"
     units: ClassVar[Mapping[str, str]] = {"L0": "m"}
@@ -91,14 +96,14 @@ class Hook(KernelInput, frozen=True):
 
 
 class Unhook(KernelInput, frozen=True):
-    """Unhook a sling."""
+    """Kernel input: unhook a sling."""
 
     command: ClassVar[str] = "unhook"
     rope: str
 
 
 class Watch(KernelInput, frozen=True):
-    """Start watching a threshold; if the threshold is exceeded already, its event occurs at the next microstep."""
+    """Kernel input: start watching a threshold; if it is exceeded already, its event occurs at the next microstep."""
 
     command: ClassVar[str] = "watch"
     threshold: str
@@ -107,15 +112,17 @@ class Watch(KernelInput, frozen=True):
 
 
 class Unwatch(KernelInput, frozen=True):
-    """Stop watching a threshold."""
+    """Kernel input: stop watching a threshold."""
 
     command: ClassVar[str] = "unwatch"
     threshold: str
 
 
 class StateEvent(Message, frozen=True):
-    """A discrete change in the mechanics of a rope (taut, slack), support or stop (closed, open), brake (stick, slip),
-    threshold (reached) or joint (locked, with the energy lost [J], or freed)."""
+    """A discrete change in the mechanics, such as a rope that becomes taut or a brake that slips.
+
+    It concerns a rope (taut, slack), support or stop (closed, open), brake (stick, slip), threshold (reached) or joint
+    (locked, with the energy lost [J], or freed)."""
 
     name: str
     what: str

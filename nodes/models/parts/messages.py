@@ -51,7 +51,8 @@ class SetPoint(Message, frozen=True):
 
 
 class Order(Message, frozen=True):
-    """An order to an actor; `at`: the number of its action and the number of the order in it, from 0.
+    """Message with an order of the commander to an actor. `at`: the number of its action and the number of the order in
+    it, from 0.
 
     For an operator's command the number of the action is -2; for a user model's set-point `at` is (-3,). An order to
     watch a threshold has (action, order, term), where term is the index of the term in the `until` of that order or, if
@@ -121,8 +122,8 @@ class BrakeState(Report, frozen=True):
 
 
 class Overload(Report, frozen=True):
-    """Report that the tension of a load cell [N] has exceeded its rated value (`over` is true), or has fallen below
-    this value again."""
+    """Report that the tension of a load cell [N] has exceeded its rated value (`over`), or has fallen below it
+    again."""
 
     units: ClassVar[Mapping[str, str]] = {"tension": "N", "rated": "N"}
     tension: float
@@ -177,7 +178,7 @@ class Landed(Report, frozen=True):
 
 
 class Trip(Message, frozen=True):
-    """Message inside a machine: an interlock blocks (`bars`), or frees, its drives."""
+    """Message inside a machine: an interlock blocks its drives (`bars`), or frees them."""
 
     interlock: str
     bars: bool
@@ -194,16 +195,15 @@ class Latch(Message, frozen=True):
 
 
 class OperatorCommand(Message, frozen=True):
-    """A command of the operator: its text, and an Action of the plan as MessagePack. If the action is empty, the
-    command ends the run."""
+    """A command of the operator: its text, and an Action of the plan as MessagePack (empty: end the run)."""
 
     text: str
     action: bytes = b""
 
 
 class OperatorAnswer(Message, frozen=True):
-    """Answer to the command given at `t_ns`: accepted, or the reason for the refusal; `at`: numbers of an order in the
-    action list that conflicts with the command."""
+    """Answer to the operator command given at `t_ns`: accepted, or the reason for the refusal. `at`: numbers of an
+    order in the action list that conflicts with the command."""
 
     text: str
     t_ns: int
@@ -222,7 +222,7 @@ class Stage(Message, frozen=True):
 
 
 class Skipped(Message, frozen=True):
-    """Message that an order was not begun because its `until` held already."""
+    """Message that an order was not begun because its `until` condition was already true."""
 
     action: int
     actor: str

@@ -76,14 +76,15 @@ class Actor(Part):
 
 
 class LawModel(Actor):
-    """An actor that takes no orders, such as weight, a damper or an end stop; a joint without force laws has one that
+    """An actor that takes no orders, such as weight, a damper or an end stop. A joint without force laws has one that
     declares none."""
 
 
 class LiveActor(Actor):
-    """An actor that executes orders to `element` and processes state events of the elements in `hears`. `say` puts
-    messages into its outbox, which is sent at the next microstep; the messages of `due` are sent at the time `wake`
-    [ns]."""
+    """Base class of actors that execute orders to `element` and process state events of the elements in `hears`.
+
+    `say` puts messages into its outbox, which is sent at the next microstep; the messages of `due` are sent at the time
+    `wake` [ns]."""
 
     order = In(Order)
     state = In(StateEvent)
@@ -98,7 +99,7 @@ class LiveActor(Actor):
         self.wake: int | None = None
 
     def start(self) -> None:
-        """Set the initial state at logical time (0, 0), and schedule the first messages."""
+        """Set the actor's initial state at logical time (0, 0), and schedule its first messages."""
         self.outbox, self.wake = [], None
         self.begin()
         self.schedule()
@@ -114,7 +115,7 @@ class LiveActor(Actor):
         self.schedule()
 
     def output(self) -> None:
-        """Send the outbox or, if it is empty, the messages due now."""
+        """Send the actor's outbox or, if it is empty, the messages due now."""
         for message in self.outbox or self.due():
             if isinstance(message, KernelInput):
                 self.input.send(message)
@@ -122,7 +123,7 @@ class LiveActor(Actor):
                 self.report.send(message)
 
     def internal(self) -> None:
-        """Remove the messages that were sent, or enter the state that begins at the time `wake`."""
+        """Remove the actor's messages that were sent, or enter the state that begins at the time `wake`."""
         if self.outbox:
             self.outbox = []
         else:
@@ -131,7 +132,8 @@ class LiveActor(Actor):
         self.schedule()
 
     def schedule(self) -> None:
-        """Schedule the next output: at the next microstep if the outbox has messages, else at the time `wake`."""
+        """Schedule the actor's next output: at the next microstep if the outbox has messages, else at the time
+        `wake`."""
         if self.outbox:
             self.hold_in(0)
         elif self.wake is not None:
@@ -140,11 +142,11 @@ class LiveActor(Actor):
             self.passivate()
 
     def say(self, *messages: KernelInput | Report) -> None:
-        """Put messages into the outbox, which is sent at the next microstep."""
+        """Put messages into the actor's outbox, which is sent at the next microstep."""
         self.outbox = [*self.outbox, *messages]
 
     def refuse(self, order: Order, text: str) -> NoReturn:
-        """End the run with an error about an order; the simulator adds the model's path and the time."""
+        """End the run with an error about an order that the actor cannot execute."""
         raise ModelError(f"{numbered(order.at)}: {text}")
 
     def answers(self, element: str) -> bool:
@@ -155,29 +157,29 @@ class LiveActor(Actor):
         """Set the state of the actor at the start of the run."""
 
     def execute(self, order: Order) -> None:
-        """Carry out an order."""
+        """Carry out an order to the actor."""
         self.refuse(order, f"{self.element} cannot carry out '{order.what.__struct_config__.tag}'")
 
     def notice(self, event: StateEvent) -> None:
-        """Process a state event of the kernel."""
+        """Process a state event of the kernel that concerns the actor."""
 
     def due(self) -> list[KernelInput | Report]:
-        """Return the messages to send at the time `wake`, without changing the state."""
+        """Return the messages that the actor sends at the time `wake`, without changing its state."""
         return []
 
     def expire(self) -> None:
-        """Enter the state that begins at the time `wake`."""
+        """Change the actor to the state that begins at the time `wake`."""
 
 
 def share(outer: Coupled, child: Model) -> None:
-    """Connect the ports of a child with the ports of the same names on its parent."""
+    """Connect the ports of a child model with the ports of the same names on its parent."""
     for name, port in child.ports.items():
         if own := outer.ports.get(name):
             outer.connect(*((own, port) if isinstance(port, InPort) else (port, own)))
 
 
 class Group(Coupled):
-    """A coupled model with the four ports of live actors, connected to all live actors in it."""
+    """A coupled model with the four ports of `LiveActor`, connected to all such actors in it."""
 
     order = In(Order)
     state = In(StateEvent)
@@ -185,7 +187,7 @@ class Group(Coupled):
     report = Out(Report)
 
     def take(self, child: Child) -> Child:
-        """Add a child to the group, and connect each of the four ports that the child has."""
+        """Add a child to the group, and connect those of the group's four ports that the child has."""
         self.add(child)
         share(self, child)
         return child

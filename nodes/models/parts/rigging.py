@@ -15,8 +15,8 @@ from .parts import LiveActor
 
 
 class SlingActor(LiveActor):
-    """Hooks and unhooks the sling `element`, informs the latch of a lifting beam, and reports when the sling becomes
-    taut or slack."""
+    """Actor of the sling `element`: hooks and unhooks it, and reports when it becomes taut or slack. It also informs
+    the latch of a lifting beam."""
 
     latch = Out(m.Latch)
 
@@ -40,7 +40,7 @@ class SlingActor(LiveActor):
             self.say(m.RopeState(self.element, event.what, event.value))
 
     def output(self) -> None:
-        """Send reports and kernel inputs, and inform the latch about hooking and unhooking."""
+        """Send the sling's reports and kernel inputs, and inform the latch about hooking and unhooking."""
         super().output()
         for message in self.outbox:
             if isinstance(message, (m.Hooked, m.Unhooked)):
@@ -115,7 +115,7 @@ class LatchActor(BrakeActor):
 
 
 class BlockSupports(LiveActor):
-    """The supports of the body `element`, grouped by face; reports lift-off, first touch and landing."""
+    """Actor of the supports of the body `element`: reports lift-off, first touch and landing of each face."""
 
     def __init__(
         self, name: str, element: str, laws: System, *, faces: Mapping[str, str], closed: frozenset[str]

@@ -12,7 +12,7 @@ UPPER, HOISTING = "upper limit", -1
 
 
 class WinchActor(DriveActor):
-    """A drive that winds a rope: it reports when the rope is taut or slack, and has an upper limit switch at the hook.
+    """Actor of a winch: moves its rope, reports when the rope is taut or slack, and stops at an upper limit switch.
 
     `switch`: threshold on the height of the hook eye and the value at which it trips; hoisting then stops, with the
     deceleration `emergency` if given. A rope in several `pieces` (names with their shares of its length) is wound as
@@ -48,7 +48,7 @@ class WinchActor(DriveActor):
         self._arm()
 
     def say(self, *messages: m.KernelInput | m.Report) -> None:
-        """Put messages into the outbox; a speed profile of the winch becomes one message for each piece of the rope."""
+        """Put messages into the winch's outbox; a speed profile becomes one message for each piece of the rope."""
         for message in messages:
             if isinstance(message, m.SetProfile | m.SetFollow):
                 super().say(*(message.part(*piece) for piece in self.pieces.items()))
@@ -56,7 +56,7 @@ class WinchActor(DriveActor):
                 super().say(message)
 
     def notice(self, event: m.StateEvent) -> None:
-        """Process a state event of the rope or of the limit switch."""
+        """Process a state event of the winch's rope or upper limit switch."""
         if event.name == self.element:
             if event.what in ("taut", "slack"):
                 self.say(m.RopeState(self.element, event.what, event.value))

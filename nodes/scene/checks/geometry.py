@@ -43,7 +43,7 @@ Violations: TypeAlias = Iterator[tuple[str, str, str]]
 
 @dataclass
 class Findings:
-    """Collects errors that several checks find in several states, in the order of occurrence."""
+    """Collects the errors that checks find in the states of a scene, in the order of occurrence."""
 
     seen: set[tuple[str, str]] = field(default_factory=set)
     sentences: dict[tuple[str, str, str], str] = field(default_factory=dict)
@@ -81,8 +81,8 @@ SURFACE = 0.01  # so deep below a face a sling still lies on it, and a block on 
 
 
 def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]:
-    """Return the errors at the start, as (place, sentence); slings are checked only if cranes and blocks are placed
-    correctly."""
+    """Return the errors in the state at the start, as (place in the scene, sentence). Slings are checked only if cranes
+    and blocks are placed correctly."""
     found = Findings()
     found.take("hooks", _under_hooks(scene, built))
     found.take("ropes", _ropes_overloaded(built))
@@ -101,7 +101,7 @@ def goal_checks(found: Findings, built: plan.Plan, before: StaticState, action: 
 
 
 def step_checks(scene: schema.Scene, built: plan.Plan, states: Sequence[StaticState]) -> list[tuple[str, str]]:
-    """Return the errors along the equilibrium path, as (place, sentence)."""
+    """Return the errors in the states along the equilibrium path, as (place in the scene, sentence)."""
     found = Findings()
     level = not scene.vessels and not scene.floor  # the ground is at z = 0
     for state in states if level else ():
@@ -167,8 +167,7 @@ def _inside_obstacles(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequence[float]) -> str:
-    """Return a sentence about a sling that is too short for its lug, or whose hook is too far to the side of the lug;
-    "" if the sling reaches the lug."""
+    """Return a sentence if a sling is too short for its lug, or its hook too far to the side; "" if the sling fits."""
     dx, dy, dz = (a - b for a, b in zip(upper, p, strict=True))
     gap, other = sqrt(dx * dx + dy * dy + dz * dz) - length, sqrt(dx * dx + dy * dy)
     if gap <= REACHED:

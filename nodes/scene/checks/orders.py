@@ -56,14 +56,13 @@ class CheckedOrder:
             _hook(order, self.lugs)
 
     def hooks(self, move: actions.Move) -> list[plan.Hoist]:
-        """Return the hooks that an order moves: the hook of the ordered winch, or all hooks that the ordered drive
-        carries."""
+        """Return the hooks that an order moves, directly by their winch or with the drive that carries them."""
         joint, own = self.machines.joints.get(move.actuator), (m for m in self.machines.parts if m.name == move.model)
         hooks = ((hook, beneath(machine, hook.on)) for machine in own for hook in machine.hooks)
         return [hook for hook, below in hooks if hook.rope == move.actuator or (joint and joint in below)]
 
     def tied(self, hooks: Iterable[plan.Hoist], taut: Container[str]) -> list[tuple[str, Point]]:
-        """Return the slings in `taut` that hang below the given hooks and hold a load, each with its lug."""
+        """Return, with their lugs, those slings of `taut` that hang below the given hooks and hold a load."""
         ties = (tie for hook in hooks for tie in ties_on(self.machines.parts, hook) if tie.rope in taut)
         ends = ((tie.rope, tie.lower or self.machines.lugs.get(self.hooked.get(tie.rope, ""))) for tie in ties)
         return [(rope, end) for rope, end in ends if end is not None and end.body in self.cargo]
@@ -84,7 +83,7 @@ class CheckedOrder:
 
 
 def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[tuple[str, str]]:
-    """Return the errors of the orders along the equilibrium path, as (place, sentence)."""
+    """Return the errors of the orders along the equilibrium path, as (place in the scene, sentence)."""
     found, machines, parted = Findings(), Machines(built), set[str]()
     hooked = {rope.name: "" for m in built.machines for rope in m.system.all_ropes if rope.hooked}
     hooked |= first_lugs(machines.parts)
@@ -113,7 +112,7 @@ def _hook(order: actions.Order, lugs: dict[str, str]) -> None:
 
 
 def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
-    """Return (place in the scene, sentence) of the first order to each joint that the fidelity locks.
+    """Return an error (place in the scene, sentence) for the first order to each joint that the fidelity locks.
 
     Planar motion locks the joints that would leave the plane; the key `locked` locks the joints that it names. A turn
     moves the trolleys of those hooks that carry slings when the turn is ordered.

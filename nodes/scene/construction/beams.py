@@ -36,8 +36,8 @@ Edges = tuple[Sheave, ...]
 def on_hook(
     builder: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, crane: plan.Mechanism
 ) -> tuple[plan.Mechanism, plan.Mechanism]:
-    """Return the rope and hook on which a frame hangs, as parts to add to the crane, and the frame as a machine.
-    `crane`: the crane without these parts."""
+    """Return the rope and hook that carry a frame, as parts to add to the crane, and the frame as a machine. `crane`:
+    the crane without these parts."""
     path: Path = ("rig", BEAMS, name)
     called, known = ".".join(builder.hooks[name]), lugs_of(builder.scene)
     lugs = by_beam([x for x in given.lugs or () if x in known], {lug: p.p[0] for lug, p in known.items()})

@@ -25,7 +25,7 @@ NONE: Mapping[str, Edge] = MappingProxyType({})
 
 
 class Checking:
-    """A mechanism as written in the scene, with the source that collects its errors.
+    """A mechanism as written in the scene, with methods that check it and add errors to its source.
 
     `lift`: declarations of the scene's other machines, on whose bodies and joints the mechanism can act; `base`: path
     of the mechanism in the scene; `edges`: edges of the scene; `start`: poses of all bodies at the start, available
@@ -49,7 +49,7 @@ class Checking:
         self.joints |= {joint.name: joint.kind for joint in lift.joints}
 
     def checked(self, path: Path, check: Callable[[Made], object], made: Made) -> None:
-        """Call `check` on `made`, and turn a KernelError into an error of the scene at `path`."""
+        """Call `check` on `made`; a KernelError becomes an error of the scene at `path`."""
         try:
             check(made)
         except KernelError as error:
@@ -71,8 +71,8 @@ class Checking:
             self.fault(path, f"{x:g} m is not on the beam of '{body}', which reaches from 0 to {beam.length:g} m")
 
     def along(self, path: Path, name: str, coordinate: str) -> tuple[str, bool] | None:
-        """Return the joint coordinate on which a law acts, and whether the coordinate is an angle; add an error and
-        return None if the joint or coordinate is unknown."""
+        """Return the joint coordinate on which a force law acts, and whether it is an angle. If the joint or coordinate
+        is unknown, add an error and return None."""
         kind = self.joints.get(name)
         if kind is None:
             self.fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.joints))

@@ -93,8 +93,8 @@ class ElasticParts(Checking):
             yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
 
     def slices(self, bends: list[Bend]) -> Iterator[tuple[k.Body, k.Joint, plan.Shape]]:
-        """Yield massless bodies fixed along a bending body, which carry slices of its shape; the first slice stays on
-        the body."""
+        """Yield massless bodies that are fixed along a bending body and carry slices of its shape. The first slice
+        stays on the body."""
         for bend in bends:
             given, beam = self.given.bodies[bend.body], bend.flexible.beam
             if given.box is None or bend.body in self.given.shapes or beam is None:

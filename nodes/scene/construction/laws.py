@@ -113,8 +113,7 @@ def _names(checks: Checking) -> None:
 
 
 def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
-    """Return the laws of a mechanism for the kernel, by the field of `System` that stores them, including the laws that
-    are written with joints."""
+    """Return the force laws of a mechanism for the kernel, by the field of `System` that stores them."""
     own = [law for name, joint in given.joints.items() for law in joint.laws(name)]
     return {
         key: (*(x.built(name) for name, x in getattr(given, key).items()), *(x for x in own if isinstance(x, kind)))

@@ -39,8 +39,7 @@ IN_LINE = 1e-9  # of the largest singular value: what holds a frame tells nothin
 
 
 class Levelling:
-    """Chooses the hooks that level a load: hooks on the low side hoist, hooks on the high side lower, and all other
-    hooks stay at rest.
+    """Chooses the hooks that level a load: hooks on its low side hoist, hooks on its high side lower, others rest.
 
     `hangs`: for each sling its upper attachment (the rope of a hook, or a point of a frame) and its lower end; `held`:
     slings hooked at the present place in the action list; `turned`: turn angle of each block [rad].
@@ -72,7 +71,7 @@ class Levelling:
                         self.held |= {own} if sling.hooked else set()
 
     def follow(self, orders: Sequence[actions.Order]) -> None:
-        """Update the hooked slings and the turn angles of blocks by the orders of an action."""
+        """Update the hooked slings and the turn angles of blocks for the orders of an action."""
         for order in orders:
             match order:
                 case actions.Hookup() if order.sling in self.hangs:
@@ -168,8 +167,8 @@ def angle_of(joint: str) -> str:
 
 
 def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Follow | str:
-    """Return the law by which a winch keeps its hook at the same height while the boom luffs, or a sentence about the
-    reason why this is impossible."""
+    """Return the law by which a winch keeps its hook at the same height while the boom luffs. If this is impossible,
+    return a sentence with the reason."""
     own = next(m for m in mechanisms if m.name == move.model)
     luffs = next(d.joint for d in own.system.drives if d.name == move.actuator)
     boom, actuator = _boom(own, rope), next(a for a in own.actuators if a.name == move.actuator)

@@ -33,8 +33,7 @@ from .supports import block_machine
 
 
 def build_machines(source: SourceText, scene: schema.Scene) -> SceneBuilder:
-    """Build the machines of a lift: cranes with girders or with frames of `rig`, these frames, and the blocks below;
-    errors are added to the source."""
+    """Build the machines of a lift: cranes, frames and blocks; errors are added to the source."""
     builder = SceneBuilder(source, scene)
     builder.vessels = [vessel_machine(builder, name) for name in scene.vessels]
     if scene.rig:
@@ -146,8 +145,8 @@ def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
 
 
 def load_cells(builder: SceneBuilder, machine: plan.Mechanism) -> tuple[Cell, ...]:
-    """Return the load cells of a machine, for bodies that carry several hooks and for its lowest body; the ratings
-    include the hook blocks."""
+    """Return the load cells of a machine, rated including the hook blocks. They belong to bodies that carry several
+    hooks and to the lowest body."""
     given, found = builder.scene.machines.get(machine.name), list[Cell]()
     for body, x in given.load_cells.items() if given else ():
         own = carried_hooks(machine, body)

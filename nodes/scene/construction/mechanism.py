@@ -51,15 +51,16 @@ def build_mechanism(
     tree: RiggingTree | None = None,
     edges: Mapping[str, Edge] = NONE,
 ) -> plan.Mechanism:
-    """Build a mechanism of the plan, which may act on a lift; errors are added to the source. `base`: path of the
-    mechanism in the scene; `tree`: rigging of the scene; `edges`: edges of the scene."""
+    """Build a mechanism of the plan, which may act on a lift; errors are added to the source.
+
+    `base`: path of the mechanism in the scene; `tree`: rigging of the scene; `edges`: edges of the scene."""
     return _Assembly(source, given, lift, base, edges).build(gravity, tree)
 
 
 class _Assembly(ElasticParts):
     @property
     def called(self) -> str:
-        """The name of the machine."""
+        """The name of the machine that is being built."""
         return str(self.base[-1]) if len(self.base) > 1 else self.given.name
 
     def build(self, gravity: float, tree: RiggingTree | None) -> plan.Mechanism:

@@ -36,8 +36,9 @@ def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
 def build_orders(
     builder: SceneBuilder, path: Path, target: str, phrase: phrases.OrderPhrase
 ) -> tuple[actions.Order, ...]:
-    """Return the orders that a phrase gives to a target during a run; add errors to the source. An order to unhook
-    names all lugs where a sling can hang, because only the commander knows the present lug."""
+    """Return the orders that a phrase gives to a target during a run; add errors to the source.
+
+    An order to unhook names all lugs where a sling can hang, because only the commander knows the present lug."""
     resolver = _Resolver(builder)
     resolver.hangs = {rope for slings in resolver.rigged.values() for rope in slings}
     words = target if target in resolver.targets else target.replace(".", " ", 1)  # events say "west.H1"
@@ -60,7 +61,7 @@ class _Resolver:
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
     def listed(self, index: int, action: ActionLine) -> list[plan.Action]:
-        """Return an action, followed by the further actions that its orders expand into."""
+        """Return an action of the plan, followed by further actions if its orders need several."""
         first, after = self.action(index, action), list[tuple[actions.Order, ...]]()
         for target, phrase in action.orders.items():
             path: Path = ("actions", index, target)

@@ -96,7 +96,7 @@ def _wound(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
 
 
 def span(checks: Checking, rope: forces.Reeving, at: kinematics.Poses) -> float:
-    """Return the length of a rope over its sheaves at the start [m]."""
+    """Return the length [m] of a rope over its sheaves at the start."""
     try:
         return ReevingLaw().start_length(rope, lambda body: (at[body][1], at[body][0]))
     except KernelError as error:

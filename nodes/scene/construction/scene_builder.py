@@ -72,6 +72,6 @@ def box(mass: float, size: Vector) -> Vector:
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
-    """Return the lugs of the slings of a lifting beam in the order of the beam's ends: of two lugs, the lug with the
+    """Return the lugs of a lifting beam's slings in the order of the ends of the beam. Of two lugs, the lug with the
     smaller coordinate u comes first."""
     return sorted(lugs, key=lambda lug: u[lug]) if len(lugs) == 2 else lugs

@@ -36,8 +36,9 @@ SINGULAR = 1e-12  # singular value, relative, of supports in one line
 
 
 def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
-    """Return a block as a machine: a body on a free joint above its supports. A block that is turned over can be set
-    down on its other face. `base`: path of the block in the scene."""
+    """Return a block as a machine: a body on a free joint above its supports.
+
+    A block that is turned over can be set down on its other face. `base`: path of the block in the scene."""
     name, alone, where = str(base[-1]), len(base) == 1, builder.source.where(base)
     block = builder.scene.block if alone else builder.scene.blocks[name]
     assert block is not None
@@ -153,8 +154,7 @@ def immersion(name: str, block: schema.Block, given: Splash) -> Immersion:
 def flexible_of(
     builder: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
 ) -> Flexible | None:
-    """Return the flexible part of a block with these mass properties and supports; None if the block is rigid. Errors
-    are added to the source."""
+    """Return the flexible part of a block; None if the block is rigid. Errors are added to the source."""
     if block.beam is None and not block.modes:
         return None
     key: Path = (*base, "beam" if block.beam else "modes")

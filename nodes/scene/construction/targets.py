@@ -51,7 +51,7 @@ class OrderTarget:
 
 
 def targets(builder: SceneBuilder) -> dict[str, tuple[OrderTarget, ...]]:
-    """Return all targets of orders in a scene: for each name, the parts that an order to this name addresses."""
+    """Return all targets of orders in a scene: for each name, the parts to which an order to this name goes."""
     table: dict[str, tuple[OrderTarget, ...]] = {}
     on_hook = {".".join(words): frame for frame, words in builder.hooks.items()}
     for machine in builder.machines:

@@ -16,8 +16,8 @@ PLUMB = 1e-6  # of a rope's length that one end may be beside the other
 
 
 def weighed(built: Plan) -> Plan:
-    """Return the plan, with the loads on heavy ropes and beams at the start and with the stretched sling lengths added,
-    as its model levels need."""
+    """Return the plan with the static loads at the start, which models of heavy ropes and bending beams need. Slings
+    get their stretched lengths."""
     whole = merge([machine.system for machine in built.machines], built.gravity)
     start = _Start(whole)
     found = (
@@ -43,14 +43,13 @@ class _Start:
         return rope.EA * max(0.0, kinematics.length(rope, self.at) - rope.L0) / rope.L0 if rope.hooked else 0.0
 
     def tied(self, tie: Tie) -> Tie:
-        """Return a sling; if it carries a load at the start, with its stretched length."""
+        """Return a sling, with its stretched length if it carries a load at the start."""
         rope = self.ropes.get(tie.rope)
         taut = rope is not None and self.pull(rope) > 0.0
         return msgspec.structs.replace(tie, spans=kinematics.length(rope, self.at)) if rope and taut else tie
 
     def hanging(self, machine: Mechanism, row: Heavy) -> Heavy:
-        """Return a rope with mass, either with its end points at the start or with the reason why it cannot have
-        mass."""
+        """Return a rope with mass, with its end points at the start or the reason why it cannot have mass."""
         rope = self.ropes.get(row.rope)
         if rope is None:
             over = any(x.name == row.rope for x in machine.system.reevings)

@@ -69,8 +69,8 @@ class ActionLine(BaseModel):
 
 
 class InterlockKeys(Base):
-    """An interlock: a measured quantity and a value at which a machine stops some of its motions, until the quantity is
-    back within its reset value."""
+    """Keys of an interlock: a measured quantity, the value at which it stops motions of a machine, and a reset
+    value."""
 
     when: Condition  # `moment of main >= 100 %`; of `any hook`: each of the machine is watched
     stops: Literal["all"] | list[str] = Field(default_factory=list)  # verbs, or `luff out`, `slew left`

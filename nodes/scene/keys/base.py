@@ -49,7 +49,7 @@ def part_name(name: str) -> str:
 
 
 def rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return a chart; raises ValueError unless its arguments are in ascending order."""
+    """Return a chart unchanged; raises ValueError unless its arguments are in ascending order."""
     for (one, _), (next_, _) in pairwise(chart):
         if next_ <= one:
             raise ValueError(f"the places of a chart must increase, but {next_:g} m comes after {one:g} m")
@@ -86,7 +86,7 @@ class BodyPoint(Base):
 
 
 def comments(model: type[Base]) -> dict[str, str]:
-    """Return the comments after the fields of a model, by the name of the key."""
+    """Return the comments after the fields of a model in its source code, by the name of the key."""
     text = inspect.getsource(model.struct) if model.struct else ""
     for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Base)):
         with suppress(OSError):  # it is made of another
@@ -107,7 +107,7 @@ def unit(vector: Directed) -> Directed:
 
 
 def across(axis: Vector) -> Vector:
-    """Return the x axis projected onto the plane perpendicular to an axis; if the axis is x, the y axis."""
+    """Return the x axis projected onto the plane perpendicular to an axis; if that axis is x, return the y axis."""
     a = unit(axis)
     e = Y if abs(a[0]) > 1.0 - 1e-9 else X
     along = sum(p * q for p, q in zip(a, e, strict=True))
@@ -116,8 +116,7 @@ def across(axis: Vector) -> Vector:
 
 
 def turned(roll: float, pitch: float, yaw: float) -> Matrix:
-    """Return the rotation matrix Rz(yaw) Ry(pitch) Rx(roll); exact for quarter turns, so that compiled code can leave
-    out operations."""
+    """Return the rotation matrix Rz(yaw) Ry(pitch) Rx(roll), exact for quarter turns."""
     (c, s), (d, t), (e, u) = ((_exact(cos(x)), _exact(sin(x))) for x in (roll, pitch, yaw))
     return (
         (e * d, e * t * s - u * c, e * t * c + u * s),
@@ -159,8 +158,7 @@ WORDS = {  # for the symbols of laws
 
 
 class Spelling(NamedTuple):
-    """How a field is written in a scene: its keys, each with annotation and default, and a function that computes the
-    field's value from them."""
+    """How a field is written in a scene: the keys, and a function that computes the field's value from them."""
 
     keys: dict[str, tuple[Any, Any]]
     value: Callable[[Any], object]
@@ -182,13 +180,14 @@ def history(value: str, pairs: str, kind: Any = u.Number, default: float = 1.0) 
 
 
 class Described(Base):
-    """Base class of key models that are generated from a description class."""
+    """Base class of the key models that are generated from description classes of the kernel."""
 
     spelt: ClassVar[dict[str, Spelling]] = {}
 
     def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """Return the description made from these keys. `first`, `other`: values of fields that are not keys; `folder`:
-        folder of the files that keys name."""
+        """Return the kernel's description made from these keys.
+
+        `first`, `other`: values of fields that are not keys; `folder`: folder of the files that keys name."""
         assert self.struct
         return self.struct(*first, **{field: spelling.value(self) for field, spelling in self.spelt.items()}, **other)
 
@@ -208,9 +207,10 @@ class Described(Base):
 
 
 def keys_of(kind: Any, *without: str, word: str = "", module: str = __name__, **otherwise: Spelling) -> Any:
-    """Return a model whose keys are the fields of a description class, except the fields in `without`, with a key
-    `type: word` if `word` is given. `module` distinguishes models of the same name; `otherwise`: fields with a spelling
-    that is not the default."""
+    """Return a model whose keys are the fields of a description class, except the fields in `without`.
+
+    It has a key `type: word` if `word` is given. `module` distinguishes models of the same name; `otherwise`: fields
+    with a spelling that is not the default."""
     hints, spelt = get_type_hints(kind, include_extras=True), dict[str, Spelling]()
     for field in msgspec.structs.fields(kind) if issubclass(kind, msgspec.Struct) else fields(kind):
         if field.name not in {"name", *without}:

@@ -40,7 +40,7 @@ TABLES = {  # out of which a block may take what it needs
 
 
 def json_schema() -> Schema:
-    """Return the JSON Schema as plain data."""
+    """Return the JSON Schema of scene files as plain data."""
     schema = Scene.model_json_schema(by_alias=True)
     definitions = schema["$defs"]
     meanings = {model.__name__: comments(model) for model in _models(Base)}
@@ -108,8 +108,7 @@ def _parameters(kind: MachineType) -> Schema:
 
 
 def with_unit(dimension: str, value: float) -> str | float:
-    """Return a value in SI units as text with the unit that scenes use; as a plain number if the dimension has no
-    unit."""
+    """Return a value in SI units as text with the unit that scenes use, or as a plain number if there is no unit."""
     unit, factor = FIRST_UNIT.get(dimension, ("", 1.0))
     return f"{value / factor:.10g} {unit}" if unit else value
 

@@ -44,7 +44,7 @@ SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
 
 
 class Waves(Base):
-    """A regular wave, or several irregular seas acting together; the waves grow from still water at the start."""
+    """A regular wave, or several irregular seas acting together."""
 
     height: u.Extent | None = None  # from trough to crest
     period: u.Duration | None = None
@@ -79,7 +79,7 @@ class Waves(Base):
 
 
 class Responses(Base):
-    """Motions of the vessel's origin per wave amplitude, with their phases."""
+    """Motions of a vessel's origin per wave amplitude, with their phases."""
 
     surge: Response = (0.0, 0.0)
     sway: Response = (0.0, 0.0)
@@ -90,7 +90,7 @@ class Responses(Base):
 
 
 class LoadResponses(Base):
-    """Wave forces and moments about the vessel's origin per wave amplitude, with their phases."""
+    """Wave forces and moments about a vessel's origin per wave amplitude, with their phases."""
 
     surge: LoadResponse = (0.0, 0.0)
     sway: LoadResponse = (0.0, 0.0)
@@ -101,7 +101,7 @@ class LoadResponses(Base):
 
 
 class Mooring(Base):
-    """Stiffness of the mooring at the vessel's origin."""
+    """Stiffness of a mooring at the origin of its vessel."""
 
     surge: u.Stiffness = 0.0
     sway: u.Stiffness = 0.0
@@ -203,8 +203,7 @@ class Obstacle(Base):
 
 
 class Fender(Base):
-    """A fender, which pushes a point of a vessel away from the fender's face, and holds the point along the face by
-    friction."""
+    """A fender, which pushes a point of a vessel away from its face and holds the point along the face by friction."""
 
     on: str = "world"  # a quay, or a vessel
     at: Place  # of its face, which has no ends, in the frame of what it is on
@@ -251,8 +250,9 @@ class WindKeys(Base):
     def forces(
         self, block: tuple[float, float, float] | None, seed: int, end: float | None
     ) -> dict[str, WindForceKeys]:
-        """Return the wind forces by name. `block`: edges of the block's box [m], or None; `end`: end of the run [s], if
-        known."""
+        """Return the wind forces on the block and other bodies, by name.
+
+        `block`: edges of the block's box [m], or None; `end`: end of the run [s], if known."""
         areas = dict(self.on)
         if block is not None:
             x, y, z = block

@@ -26,7 +26,7 @@ USED = {"sling": SLING, "frame": FRAME, BEAM: ()}  # keys that each kind of plac
 
 
 def geared(source: SourceText) -> None:
-    """Replace references to gear by the data of the gear; raises SceneError with all errors found so far."""
+    """Replace references to rigging gear (`gear: ID`) by its data; raises SceneError with all errors found so far."""
     named, before = source.data.get(GEAR), len(source.faults)
     items: dict[str, dict[str, Data]] = {}
     for i, file in enumerate([named] if isinstance(named, str) else named if isinstance(named, list) else ()):

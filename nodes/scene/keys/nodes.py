@@ -45,8 +45,8 @@ Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
 
 
 class ModelKeys(Base):
-    """A user's model: the signals that it samples, the actuators that its set-points control, and the time until the
-    set-points act (`delay`)."""
+    """Keys of a user's model: the signals that it samples, and the actuators that its set-points control. Set-points
+    act after the time `delay`."""
 
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
     period: u.Duration  # of samples; of a unit of FMI its step

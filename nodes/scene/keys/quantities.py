@@ -16,7 +16,7 @@ Kind = Any  # annotation of a key, with its metadata
 
 
 def below(at: object, kind: Kind) -> dict[str | int, tuple[object, Kind]]:
-    """Return the value and the annotation of each element of a part of a scene, by key or index."""
+    """Return the value and type annotation of each element of a part of a scene, by key or index."""
     if isinstance(at, BaseModel):
         fields = type(at).model_fields.items()
         found = {f.alias or written(name): (getattr(at, name), (f.annotation, *f.metadata)) for name, f in fields}
@@ -43,13 +43,13 @@ def _parameters(at: BaseModel) -> dict[str | int, tuple[object, Kind]]:
 
 
 def quantity(kind: Kind) -> Quantity | None:
-    """Return the first quantity in an annotation, at any depth; None if the annotation contains none."""
+    """Return the first quantity in a type annotation, at any depth; None if the annotation contains none."""
     found: Quantity | None = _deep(kind, lambda each: each if isinstance(each, Quantity) else None)
     return found
 
 
 def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
-    """Return the value and the annotation at a path; None if the path does not exist."""
+    """Return the value and type annotation at a path of a scene; None if the path does not exist."""
     at, kind = scene, None
     for part in path:
         inside = below(at, kind)
@@ -60,8 +60,8 @@ def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
 
 
 def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
-    """Return the value in SI units and the quantity at a path (for a place, that of its first coordinate); None if
-    there is no quantity at the path."""
+    """Return the value in SI units at a path of a scene, and its quantity; None if there is no quantity. For a place,
+    the quantity is that of its first coordinate."""
     at, kind = found_at(scene, path) or (None, None)
     if isinstance(at, tuple) and at:
         at = at[0]
@@ -72,8 +72,8 @@ def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
 
 
 def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: Mapping[Path, Path]) -> list[Fault]:
-    """Return errors for uncertainties that are stated for something other than a quantity, or that are invalid for
-    their quantity. `given`: see `SourceText.given`."""
+    """Return errors for uncertainties that are stated for anything but a quantity, or invalid for their quantity.
+    `given`: see `SourceText.given`."""
     faults, put = [], {written: at for at, written in given.items()}
     for path, each in stated.items():
         at = put.get(path, path)

@@ -126,7 +126,7 @@ class RopeLimit(Base):
 
 
 class LiftLimits(Base):
-    """Default limits of all machines; the value `unknown` means that a limit is reported as not checked."""
+    """Default limits of all machines; a limit with the value `unknown` is reported as not checked."""
 
     off_lead: OffLead = u.ANGLE.read("3 deg")  # of ropes that carry a load; assumed
     off_lead_along: OffLead | None = None  # along the rails or in the plane of a boom, instead of off-lead
@@ -157,12 +157,12 @@ class FidelityKeys(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
 
 
 class FactorKeys(keys_of(f.Factors, "where")):  # type: ignore[misc]
-    """Factors that lead from the static load to the design load, for which hooks, slings, shackles and lugs are
+    """Load factors that lead from static loads to design loads, for which hooks, slings, shackles and lugs are
     chosen."""
 
 
 class Instance(Base):
-    """A scene that is one of several lifts in this scene; further keys replace keys of that scene, as with
+    """A scene that is one of several lifts in this scene. Further keys replace keys of that scene, as with
     `extends`."""
 
     model_config = ConfigDict(extra="allow")
@@ -227,14 +227,14 @@ class Scene(Base):
 
     @property
     def all_factors(self) -> f.Factors:
-        """The factors of the scene; if no wind area is given, the area of the largest face of all blocks applies."""
+        """The load factors of the scene; the default wind area is that of the largest face of all blocks."""
         given: f.Factors = self.factors.built()
         sizes = [block.size for block in self.all_blocks.values()]
         area = given.area or max((x * y * z / min(x, y, z) for x, y, z in sizes), default=0.0)
         return msgspec.structs.replace(given, area=area)
 
     def put(self, name: str) -> tuple[Vector, Matrix]:
-        """Return the centre of a block at the start in the world frame [m], and its rotation matrix."""
+        """Return the centre of a block at the start in the world frame [m], and the block's rotation matrix."""
         block = self.all_blocks[name]
         deck = self.vessels.get(block.on)
         return (deck.place(block.at), deck.attitude) if deck else (block.at, IDENTITY)

@@ -74,8 +74,8 @@ def validated(text: str, name: str) -> Scene:
 
 
 def uncertainties(source: SourceText) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path, and replace uncertain numbers by their nominal values.
-    Instances under `lifts` state their own uncertainties and are not searched."""
+    """Return the stated uncertainties of a scene by path, and replace uncertain numbers by nominal values. Instances
+    under `lifts` state their own uncertainties and are not searched."""
 
     def is_text(path: Path) -> bool:
         inside = path[0] == "lifts" and path[2:3] not in (("at",), ("start",))

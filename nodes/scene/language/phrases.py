@@ -53,7 +53,7 @@ State = Literal["taut", "slack"]
 
 
 class PhraseError(ValueError):
-    """Raised for a phrase that cannot be parsed: a sentence, a hint, and the column in the phrase, counted from 0."""
+    """Raised for a phrase that cannot be parsed, with a hint and the column in the phrase, counted from 0."""
 
     def __init__(self, sentence: str, hint: str, column: int) -> None:
         super().__init__(sentence)
@@ -61,8 +61,9 @@ class PhraseError(ValueError):
 
 
 class SlingTest(Term, frozen=True):
-    """Condition: all or any slings or ropes of a set are taut or slack. `of`: name of the set, "" for all slings of the
-    scene, or the name of a single sling."""
+    """Condition: all or any slings or ropes of a set are taut or slack.
+
+    `of`: name of the set, "" for all slings of the scene, or the name of a single sling."""
 
     each: Literal["all", "any"]
     of: str
@@ -72,8 +73,9 @@ class SlingTest(Term, frozen=True):
 
 
 class GroundTest(Term, frozen=True):
-    """Condition: a block has left all its supports, or has landed on all supports of one face, or the action list of a
-    lift is done. `of`: the block or lift; `on`: another object on which the block landed."""
+    """Condition on a block: it has left all its supports, or has landed on all supports of one face.
+
+    Or the action list of a lift is done. `of`: the block or lift; `on`: another object on which the block landed."""
 
     state: Literal["lifted", "landed", "done"]
     column: int
@@ -82,8 +84,9 @@ class GroundTest(Term, frozen=True):
 
 
 class CrossTest(Term, frozen=True):
-    """Condition: a measured quantity reaches a value [SI units]. `turning`: the value was written as an angle; `share`:
-    the value was written in % of the rated value."""
+    """Condition: a measured quantity reaches a value [SI units].
+
+    `turning`: the value was written as an angle; `share`: the value was written in % of the rated value."""
 
     quantity: str
     of: str
@@ -133,8 +136,7 @@ class OrderPhrase:
 
 @dataclass(frozen=True)
 class NamedQuantity:
-    """A quantity in conditions: its dimension, the number of names that it needs ("some": one name, or none for the
-    block), and whether it may be given in % of the rated value."""
+    """A quantity that conditions can name: its dimension, and the number of names of objects that it needs."""
 
     dimension: Dimension
     of: Literal["none", "some", "one", "two"] = "one"

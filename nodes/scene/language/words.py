@@ -66,12 +66,12 @@ class PhraseReader(Reader):
 
     @property
     def turning(self) -> bool:
-        """Whether the next quantity has a unit of angle."""
+        """Whether the next quantity in the phrase has a unit of angle."""
         return self._unit.startswith(("deg", "rad"))
 
     @property
     def share(self) -> bool:
-        """Whether the next quantity is in per cent."""
+        """Whether the next quantity in the phrase is in per cent."""
         return self._unit == "%"
 
     @property

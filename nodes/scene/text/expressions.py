@@ -47,7 +47,7 @@ WORD = re.compile(r"[A-Za-z_]\w*(?:\s+[A-Za-z_]\w*)*(?:\.[xyz]\b)?")
 
 
 class ExpressionError(ValueError):
-    """Raised for an expression that cannot be parsed or computed; `column`: place of the error in the expression,
+    """Raised for an expression that cannot be parsed or computed. `column`: place of the error in the expression,
     counted from 0."""
 
     def __init__(self, sentence: str, column: int = 0) -> None:
@@ -83,8 +83,7 @@ def dimension_of(text: object) -> Dimension | None:
 
 
 def shown_as(value: Value) -> str | float:
-    """Return a value as text in the form that scenes use, without loss of precision; raises ExpressionError if no unit
-    fits."""
+    """Return a value as exact text in the form that scenes use; raises ExpressionError if no unit fits."""
     if not math.isfinite(value.number):
         raise ExpressionError("the result is not a finite number")
     if value.exponents == PLAIN:
@@ -95,8 +94,8 @@ def shown_as(value: Value) -> str | float:
 
 
 def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
-    """Evaluate an expression, given without its `=`; raises ExpressionError for an invalid expression. `lookup`:
-    function that returns the values of parameters."""
+    """Return the value of an expression, given without its `=`; raises ExpressionError for an invalid expression.
+    `lookup`: function that returns the values of parameters."""
     if len(text) > LONGEST:
         raise ExpressionError(f"an expression has at most {LONGEST} characters, this one has {len(text)}")
     reader = _Arithmetic(text, lookup)

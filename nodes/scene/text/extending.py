@@ -26,7 +26,7 @@ SECTIONS: tuple[Path, ...] = (
 
 
 def extended(path: FilePath, name: str, text: str, root: FilePath, above: tuple[FilePath, ...] = ()) -> SourceText:
-    """Return the data of a file merged over the file that it extends; the extended file must be in the folder `root` or
+    """Return the data of a file merged over the file that it extends. The extended file must be in the folder `root` or
     bundled with heavylift."""
     return over(read(text, name, root), path, root, above)
 
@@ -62,7 +62,7 @@ def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePa
 
 
 def alike(source: SourceText) -> None:
-    """Fill in the omitted keys of each entry with `like` from the entry named there; errors are added to the source."""
+    """Fill in the keys that an entry with `like` omits from the entry that `like` names; add errors to the source."""
     for section in SECTIONS:
         entries = source.at(section)
         if isinstance(entries, dict):
@@ -101,7 +101,7 @@ def fill_in(source: SourceText, theirs: Data, there: Path, own: dict[str, Data],
 
 
 def merged(below: SourceText, above: SourceText) -> SourceText:
-    """Return the scene or type `below` with `above` merged over it: mappings are merged key by key, lists and values
+    """Return the scene or type `below` with `above` merged over it. Mappings are merged key by key, lists and values
     are replaced."""
     keys, values = dict(below.keys), dict(below.values)
     found = SourceText(

@@ -20,8 +20,8 @@ _named: ContextVar[dict[str, str] | None] = ContextVar("_named", default=None)
 
 
 def content(path: Path, most: int = LARGEST) -> bytes:
-    """Return the content of a file; raises OSError, with a sentence as `strerror`, if it is not a regular file or
-    larger than `most` bytes."""
+    """Return the content of a file; raises OSError if it is not a regular file or larger than `most` bytes. The error
+    has a sentence as `strerror`."""
     with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(0, "it is a pipe or a device, not a file")
@@ -32,7 +32,7 @@ def content(path: Path, most: int = LARGEST) -> bytes:
 
 
 def within(root: Path, path: Path) -> Path:
-    """Return a path, resolved; raises ValueError if it is outside the folder `root` or not printable."""
+    """Return a path, resolved; raises ValueError if it is outside the folder `root` or has unprintable characters."""
     try:
         found = path.resolve()
         if found.is_relative_to(root.resolve()):
@@ -49,8 +49,7 @@ def within(root: Path, path: Path) -> Path:
 
 @contextmanager
 def files_read() -> Iterator[dict[str, str]]:
-    """Yield a dict that collects the files that scenes read within this context, each with the state of the file before
-    it was read (see `state`)."""
+    """Collect in a dict the files that scenes read within this context, each with the hash of its content before."""
     named: dict[str, str] = {}
     token = _named.set(named)
     try:

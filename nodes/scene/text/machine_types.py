@@ -59,7 +59,7 @@ def machine_type(name: str, frame: bool = False) -> MachineType:
 
 
 def extending(kind: MachineType) -> MachineType:
-    """Return a type merged over the bundled type that it extends; a type that extends none is returned unchanged."""
+    """Return a machine type merged over the bundled type that it extends, if it extends one."""
     old = old_type(kind.source.data)
     base = kind.data.get("extends")
     if not isinstance(base, str):
@@ -72,7 +72,7 @@ def extending(kind: MachineType) -> MachineType:
 
 
 def gather(source: SourceText) -> None:
-    """Read the files of machine types to which a scene refers by path, with the places of all values in these files."""
+    """Read the machine type files that a scene refers to by path, with the places of all values in them."""
     own = source.data.get("types")
     types = dict(own) if isinstance(own, dict) else {}
     named = {str(entry.get("type")): at for at, entry in reversed([*_cranes(source), *_frames(source)])}

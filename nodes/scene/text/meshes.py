@@ -38,7 +38,8 @@ Triangle = tuple[Vector, Vector, Vector]
 
 @dataclass(frozen=True)
 class MeshProperties:
-    """Volume [m3] of a shape, centroid [m], and Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centroid for density 1 [m5]."""
+    """Volume [m3], centroid [m] and second moments [m5] of a shape. Ixx, Iyy, Izz, Ixy, Ixz, Iyz are about the centroid
+    for density 1."""
 
     volume: float
     middle: Vector
@@ -203,7 +204,7 @@ def _determinant(a: Vector, b: Vector, c: Vector) -> float:
 
 
 def slices(triangles: Sequence[Triangle], n: int) -> Iterator[tuple[list[float], list[float]]]:
-    """Yield n boxes, as (centre, edges) [m], that enclose a surface in slices along its longest edge."""
+    """Yield n boxes, as (centre, edges) [m], that together enclose a surface, in slices along its longest edge."""
     low, high = _bounds(triangles)
     along = max(range(3), key=lambda i: high[i] - low[i])
     step = (high[along] - low[along]) / n

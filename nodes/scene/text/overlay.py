@@ -83,7 +83,7 @@ def override(source: SourceText, setting: str, default: Callable[[SourceText, Pa
 
 
 def path_in(source: SourceText, text: str) -> Path:
-    """Return the path in the data of a scene for a path that a user has written as text."""
+    """Return the path in the data of a scene that corresponds to a path as a user has written it."""
     path: list[str | int] = []
     if (named := STAGE.fullmatch(text)) and named[1] in (stages := _stages(source)):
         path, text = ["actions", stages.index(named[1])], named[2]
@@ -105,12 +105,12 @@ def made(source: SourceText) -> SourceText:
 
 
 def parts(text: str) -> list[str]:
-    """Return the keys and indices in a path that a user has written."""
+    """Return a path that a user has written as a list of keys and indices."""
     return [word.strip() for word in PART.findall(text)]
 
 
 def next_key(words: list[str], known: Container[object]) -> str:
-    """Remove and return the next key of a path: the longest known key, which may contain dots, or else one word."""
+    """Remove and return the next key of a path: the longest known key (which may contain dots), or else one word."""
     n = next((n for n in range(len(words), 1, -1) if ".".join(words[:n]) in known), 1)
     key, words[:] = ".".join(words[:n]), words[n:]
     return key

@@ -9,8 +9,8 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Parameters:
-    """Parameters with their values, which may be expressions of other parameters; the values in `given` override those
-    in `values`."""
+    """Parameters of a scene or machine type, whose values may be expressions of other parameters. The values in `given`
+    override those in `values`."""
 
     def __init__(self, values: Mapping[str, Data], given: Mapping[str, Data]) -> None:
         self.values, self.given = values, given
@@ -22,7 +22,7 @@ class Parameters:
         return self.given.get(name, self.values[name])
 
     def computed(self, text: str) -> Data:
-        """Return the result of an expression, given without its `=`; a parameter that is not a number is returned
+        """Return the result of an expression, given without its `=`. A parameter that is not a number is returned
         unchanged."""
         name = " ".join(text.split())
         if name in self.values:
@@ -51,8 +51,9 @@ class Parameters:
 
 
 def arithmetic(source: SourceText) -> bool:
-    """Replace each value `=...` in a scene by the result of the expression, computed with the scene's `parameters`
-    (machine types have parameters of their own); errors are added to the source. Return whether all expressions could
+    """Replace each value `=...` in a scene by the result of the expression; errors are added to the source.
+
+    The scene's `parameters` are used (machine types have parameters of their own). Return whether all expressions could
     be computed."""
     named = source.data.get("parameters")
     parameters, done = Parameters(named if isinstance(named, dict) else {}, {}), True

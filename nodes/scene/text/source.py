@@ -46,7 +46,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Fault:
-    """An error at a path in the data of a scene; `column` shifts the caret into the value."""
+    """An error at a path in the data of a scene. `column` shifts the caret into the value."""
 
     path: Path
     sentence: str
@@ -58,8 +58,7 @@ class Fault:
 
 @dataclass
 class SourceText:
-    """The plain data of a scene, with the marks (places in the text) of its keys and values, and the faults (errors)
-    found so far."""
+    """The plain data of a scene, with the places of its keys and values in the text, and the errors found so far."""
 
     name: str
     data: dict[str, Data] = field(default_factory=dict)
@@ -86,14 +85,14 @@ class SourceText:
         return found
 
     def written(self, path: Path) -> Path:
-        """Return the path at which the scene writes a value: the path of the parameter from which a type computes the
-        value, or the given path itself."""
+        """Return the path at which the scene writes a value.
+
+        This is the path of the parameter from which a type computes the value, or the given path itself."""
         tops = (n for n in range(len(path), 0, -1) if path[:n] in self.given) if self.given else ()
         return next(((*self.given[path[:n]], *path[n:]) for n in tops), path)
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
-        """Return the place in the text of the value at a path or, if the text does not contain the value, of its
-        nearest parent."""
+        """Return the place in the text of the value at a path, or that of its nearest parent that the text contains."""
         path = self.written(path)
         while path:
             found = (self.keys.get(path) if on_key else None) or self.values.get(path)
@@ -108,8 +107,7 @@ class SourceText:
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
-        """Return the place of a path in its file as `file:line:column`, without the folder; `path_of` is the inverse.
-        Return "" if no file contains the path."""
+        """Return the place of a path in its file as `file:line:column`, without the folder; "" if it is in no file."""
         mark = self.mark(path, on_key=True)
         if not mark.file:
             return ""
@@ -118,7 +116,7 @@ class SourceText:
         return text
 
     def path_of(self, where: str) -> Path:
-        """Return the path for a place that `where` returned."""
+        """Return the path in the data for a place that `where` returned."""
         return self.places.get(where, ())
 
 
@@ -128,7 +126,7 @@ class _Composer(Composer):
     depth = count = 0
 
     def compose_node(self, parent: object, index: object) -> object:
-        """Return the next node of the YAML text."""
+        """Return the next node of the YAML text, as PyYAML asks for it."""
         self.count += 1
         if self.depth >= DEEPEST or self.count > 2 * MOST_VALUES:  # keys are nodes, too
             deep = f"nested deeper than {DEEPEST} levels"
@@ -145,8 +143,7 @@ class _TooLong(Exception):
 
 
 def read(text: str, name: str, root: FilePath | None = None) -> SourceText:
-    """Parse a YAML text into data and marks (places in the text); syntax errors become faults. `root`: folder of the
-    scene."""
+    """Parse a YAML text into data with places in the text; syntax errors become faults. `root`: folder of the scene."""
     found = _composed(text, name)
     data = mapped(found.data, lambda value, path: value)
     return SourceText(
@@ -155,7 +152,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> SourceText:
 
 
 def mapped(data: Data, made: Callable[[Data, Path], Data], path: Path = ()) -> Any:
-    """Return the data with each scalar value replaced by `made(value, path)`."""
+    """Return data in which each scalar value is replaced by `made(value, path)`."""
     if isinstance(data, dict):
         return {key: mapped(each, made, (*path, key)) for key, each in data.items()}
     return [mapped(x, made, (*path, i)) for i, x in enumerate(data)] if isinstance(data, list) else made(data, path)
@@ -289,7 +286,7 @@ def _scalar(node: Node, path: Path, source: SourceText) -> str | int | float | b
 
 
 def ordered(data: Data) -> Data:
-    """Return the data with all keys sorted by name, so that the order of keys in the text has no effect."""
+    """Return data with all keys sorted by name, so that the order of keys in the text has no effect."""
     if isinstance(data, dict):
         return {key: ordered(data[key]) for key in sorted(data, key=natural)}
     return [ordered(each) for each in data] if isinstance(data, list) else data

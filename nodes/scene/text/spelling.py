@@ -32,7 +32,7 @@ SPELLED = {  # units as they are spoken
 
 
 class Range(NamedTuple):
-    """A range such as `300 t..900 t by 50 t`: each number and its unit as text; without a step, its texts are empty."""
+    """A range such as `300 t..900 t by 50 t`: each number and its unit as text. Without a step, its texts are empty."""
 
     low: str
     unit_low: str
@@ -78,8 +78,7 @@ def range_of(text: str) -> Range | None:
 
 
 def spread_of(text: str) -> tuple[str, str, str] | None:
-    """Return the parts of a text such as `480 t +- 3 %`: value or name, "+-" or "sd", half-width; None for other
-    texts."""
+    """Return the parts of a text such as `480 t +- 3 %`: value or name, "+-" or "sd", half-width; else None."""
     found = _SPREAD.fullmatch(text)
     return (found[1], "sd" if found[2].startswith("s") else "+-", found[3].strip()) if found else None
 
@@ -173,7 +172,7 @@ def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]
 
 
 def unreadable(error: ReaderError, text: str) -> tuple[str, Place]:
-    """Return a sentence about a character that YAML does not allow, and the place of the character (line, column)."""
+    """Return a sentence about the first character that YAML does not allow, and its place (line, column)."""
     before = text[: error.position].splitlines() or [""]
     return f"delete the control character U+{error.character:04X} here", (len(before) - 1, len(before[-1]))
 

@@ -78,8 +78,8 @@ Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mar
 
 
 def lay(source: SourceText, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
-    """Insert table values under a path, except values that a file or setting of higher precedence gives. `named`: place
-    of the reference to the table."""
+    """Insert the values of a table under a path, unless a file or setting of higher precedence gives them. `named`:
+    place of the reference to the table."""
     for key, (value, head, cells) in found.items():
         if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):
             continue
@@ -156,7 +156,8 @@ def _weigh(workbook: zipfile.ZipFile, file: str) -> None:
     """Raise SceneError if a workbook has too many bytes, parts, cells or texts."""
     parts = workbook.infolist()
     if sum(part.file_size for part in parts) > UNPACKED or len(parts) > MOST_PARTS:
-        raise SceneError(f"the table '{file}' has more than {UNPACKED} bytes or {MOST_PARTS} parts unpacked")
+        message = f"unpacks to more than {UNPACKED} bytes or {MOST_PARTS} files"
+        raise SceneError(f"the workbook '{file}' {message}; save the sheet of the table alone, or as .csv")
     for part in parts:
         most = next(count for begin, count in MARKS.items() if part.filename.lstrip("/").startswith(begin))
         if workbook.read(part).count(b"<") > most:

@@ -59,7 +59,7 @@ class Expansion:
         self.computed = True
 
     def run(self, entry: dict[str, Data]) -> None:
-        """Insert the parts of the machine under `machines` in the data of the scene; the entry of the crane keeps its
+        """Insert the parts of the machine under `machines` in the scene's data; the crane's entry keeps its
         parameters."""
         known = self.kind.parameters
         for key in (key for key in self.given if key not in known):
@@ -218,7 +218,7 @@ class Expansion:
 
     @cached_property
     def arithmetic(self) -> list[str]:
-        """The expressions of the type, except those that consist of a single parameter."""
+        """The expressions in the type, except those that consist of a single parameter."""
         found, waiting = list[str](), [self.kind.source.data]
         for data in waiting:  # which grows
             waiting += data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()  # type: ignore[arg-type]

@@ -27,8 +27,7 @@ Kind: TypeAlias = Literal["normal", "uniform"]
 
 @dataclass(frozen=True)
 class Stated:
-    """A number with its uncertainty as text: nominal value, `how` the uncertainty is written (`+-`, `sd`, `..`), and
-    half-width."""
+    """A number with its uncertainty as text: nominal value, form of the uncertainty (`+-`, `sd`, `..`), half-width."""
 
     value: str
     how: str
@@ -41,9 +40,10 @@ class Stated:
 
 
 def separated(source: SourceText, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path, and replace uncertain numbers by their nominal values; add
-    errors to the source. `is_text`: function that returns whether the value at a path is free text, which is not
-    searched."""
+    """Return the stated uncertainties of a scene by path, and replace uncertain numbers by nominal values.
+
+    Errors are added to the source. `is_text`: function that returns whether the value at a path is free text, which is
+    not searched."""
     found: dict[Path, Stated] = {}
 
     def nominal(data: Data, path: Path) -> Data:
@@ -91,8 +91,8 @@ def standard(stated: Stated, quantity: Quantity) -> float:
 
 
 def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relative: bool = True) -> tuple[float, float]:
-    """Return a half-width such as `3 %` or `10 t` as (fraction of the value, amount in SI units), of which one is 0;
-    raises ValueError for an invalid text. `relative`: % means a fraction of the value."""
+    """Return a half-width such as `3 %` or `10 t` as (fraction of the value, amount in SI units), of which one is 0.
+    Raises ValueError for an invalid text. `relative`: % means a fraction of the value."""
     number, unit = number_and_unit(text)
     width, text = float(number) if number else math.nan, f"{how} {text.strip()}".strip()
     if not 0.0 <= width < math.inf:

@@ -49,13 +49,13 @@ CUSTOMARY = {  # units of the United States and of sailors: read, but not offere
 
 
 def offered(units: Iterable[str]) -> list[str]:
-    """Return those of the units that messages suggest."""
+    """Return the units that messages suggest, out of the units of a dimension."""
     return [unit for unit in units if not any(unit in others for others in CUSTOMARY.values())]
 
 
 @dataclass(frozen=True, eq=False)  # distinguished by identity, so that what was read before is known
 class Dimension:
-    """A physical dimension: its name, and its units with their factors to SI; messages suggest the first two units."""
+    """A physical dimension with its units and their factors to SI; messages suggest the first two units."""
 
     name: str
     units: dict[str, Fraction]
@@ -75,7 +75,7 @@ class Dimension:
         return number
 
     def number(self, value: object) -> float:
-        """Return a quantity in SI units as `read` does, but also accept infinite values and nan."""
+        """Return a quantity in SI units as `read` does; infinite values and nan are accepted too."""
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
@@ -214,7 +214,7 @@ def either(first: Dimension, second: Dimension) -> Either:
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Reader of quantities of one dimension for pydantic. `least`: smallest allowed value, one of "" (any value),
+    """Parser of quantities of one dimension, for pydantic. `least`: smallest allowed value, one of "" (any value),
     "zero" (zero or more), "positive" and "one" (one or more)."""
 
     dimension: Dimension

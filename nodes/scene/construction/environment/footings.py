@@ -41,7 +41,7 @@ def footing_of(
 
 
 def set_up(builder: SceneBuilder, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
-    """Return the machines with the mats below them, as given in the scene, and with their configuration in words."""
+    """Return the machines with the mats below them, as given in the scene, and their configuration in words."""
     names = [machine.name for machine in machines if machine.hooks]
     for name in (name for name in builder.scene.ground.mats if name not in names):
         builder.source.fault(("ground", "mats", name), f"there is no crane '{name}'", closest(name, names), on_key=True)

@@ -85,8 +85,8 @@ def _hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynam
 
 
 def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: float, centre: Sequence[float]) -> None:
-    """Add an error unless a vessel with everything on it floats at the draught and without the list or trim that its
-    file assumes. `mass` [kg] and `centre` [m]: of everything together, relative to the vessel."""
+    """Add an error unless a loaded vessel floats upright at the draught for which its hydrodynamic file was computed.
+    `mass` [kg] and `centre` [m]: of everything together, relative to the vessel."""
     displaced = hull.density * hull.volume
     if abs(mass - displaced) > AFLOAT * displaced:
         message = (
@@ -111,8 +111,7 @@ def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: f
 def check_depth(
     builder: SceneBuilder, name: str, hull: Hydrodynamics, sea: list[Component], depth: float | None
 ) -> None:
-    """Add an error if the waves have other lengths in water of this depth [m] than in water of the depth for which the
-    file of a hull was computed."""
+    """Add an error if wave lengths at this water depth [m] differ from those at the depth assumed in a hull's file."""
     if depth == hull.depth:
         return
     theirs, own = (
@@ -128,8 +127,7 @@ def check_depth(
 
 
 def check_energy(builder: SceneBuilder, name: str, hull: Hydrodynamics, sea: list[Component]) -> None:
-    """Add an error if too much of the wave energy is at frequencies outside the range of a hull's data, where the wave
-    loads are zero."""
+    """Add an error if too much wave energy is at frequencies that a hull's data do not cover."""
     least, most = hull.loads.frequencies[0], hull.loads.frequencies[-1]
     energy = sum(x.amplitude * x.amplitude for x in sea)
     share = sum(x.amplitude * x.amplitude for x in sea if not least <= x.frequency <= most) / energy
@@ -155,8 +153,8 @@ def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float)
 
 
 def radiation(builder: SceneBuilder, name: str, hull: Hydrodynamics) -> list[Radiation]:
-    """Return the radiation force of a hull at the origin of its vessel, with that on its second hull; none of a vessel
-    that is such a second hull."""
+    """Return the radiation force of a hull at the origin of its vessel, with that on a second hull beside it. It is
+    empty for a vessel that is itself such a second hull."""
     vessels = builder.scene.vessels
     floating = {key: x.floating for key, x in vessels.items() if x.floating}
     if floating[name].beside:

@@ -24,7 +24,7 @@ def touches(source: SourceText, path: Path, pairs: Sequence[tuple[str, str]]) ->
 
 
 def landings(builder: SceneBuilder, path: Path, action: ActionLine) -> Iterator[Touch]:
-    """Yield the contacts that an action intends by landing a block on something other than its supports."""
+    """Yield the contacts that an action intends by landing a block on objects other than its supports."""
     blocks, waits = [*builder.scene.all_blocks], [action.when, *(phrase.until for phrase in action.orders.values())]
     for test in (test for wait in waits for test in wait or ()):
         if isinstance(test, GroundTest) and test.on and (block := test.of or "".join(blocks[:1])):

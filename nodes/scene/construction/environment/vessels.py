@@ -122,7 +122,7 @@ def check_decks(builder: SceneBuilder) -> None:
 
 
 def afloat(builder: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
-    """Return the machines, with water forces added to the floating vessels; add an error for a load that is too heavy
+    """Return the machines, with water forces added to the floating vessels. Add an error for a load that is too heavy
     for a vessel with prescribed motion."""
     out = []
     for machine in built:

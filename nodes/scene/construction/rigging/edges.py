@@ -99,7 +99,8 @@ def _less(p: Vector, q: Vector) -> Vector:
 def equalising(
     name: str, given: Equaliser, sheave: k.Point, R: np.ndarray, ends: tuple[k.Point, k.Point], at: kinematics.Poses
 ) -> Reeving:
-    """Return the rope of an equaliser over its sheave, on a body with the rotation R; `ends`: its lower ends."""
+    """Return the rope of an equaliser over its sheave. The sheave is on a body with the rotation R; `ends`: lower ends
+    of the rope."""
     p, q = (kinematics.place(end, at).tolist() for end in ends)
     d = norm([q[0] - p[0], q[1] - p[1]])
     axis = [(p[1] - q[1]) / d, (q[0] - p[0]) / d, 0.0] if d > SPREAD else [0.0, 1.0, 0.0]
@@ -111,8 +112,9 @@ def equalising(
 def height_of(
     make: Callable[[float], Reeving], low: float, length: float, slack: float, at: kinematics.Poses, what: str
 ) -> float:
-    """Return the height z [m] above `low` at which a sheave or edge gives its rope the specified slack [m]; raises
-    ValueError if the rope cannot run over the sheave or is too short to reach `what`."""
+    """Return the height z [m] above `low` at which a sheave or edge gives its rope the specified slack [m].
+
+    Raises ValueError if the rope cannot run over the sheave or is too short to reach `what`."""
 
     def long(z: float) -> float:
         try:

@@ -53,7 +53,7 @@ class _Rows:
         self.base: Path = ("machines", machine.name) if machine.name in builder.scene.machines else ("mechanism",)
 
     def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
-        """Return the limit given by a key of a machine. The source of the limit is the scene if a parameter in the
+        """Return the limit that a key of a machine gives. The source of the limit is the scene if a parameter in the
         scene sets the key, else the type; `place`: line of the part in the type."""
         at, crane = (*self.base, *path), self.yard.scene.cranes.get(self.machine.name)
         source = f"type {crane.type}" if crane else "its type"
@@ -62,7 +62,7 @@ class _Rows:
         return RatedLimit(**{"source": source, "where": place, **more})  # type: ignore[arg-type]
 
     def missing(self, path: Path, message: str) -> dict[str, str]:
-        """Return the note of a limit that has no value: the name of the parameter that would set it, or else
+        """Return the note of a limit without a value: the name of the parameter that would set it, or else
         `message`."""
         offered = self.yard.source.offered.get((*self.base, *path))
         return {"note": f"give '{offered}'" if offered else message, "source": ""}
@@ -121,7 +121,7 @@ class _Hook:
         yield self.row("drum pull", "N", "drum_pull", **pull)
 
     def leads(self) -> Iterator[RatedLimit]:
-        """Yield the limits of the off-lead of the hook's rope, along and across rails or boom or in any direction."""
+        """Yield the limits of the hook's off-lead: along and across rails or boom, or in any direction."""
         limits, boom = self.yard.scene.limits, self.hook.axis is not None
         keys = [x for x in WAYS if getattr(self.given, x) is not None or (boom and getattr(limits, x) is not None)]
         for key in ["off_lead"] * (len(keys) < len(WAYS)) + keys if boom else keys or ["off_lead"]:
@@ -145,8 +145,8 @@ class _Hook:
 
 
 def reeving(given: HookKeys) -> tuple[int, float, str]:
-    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about both that marks
-    assumed values."""
+    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about both. The sentence
+    marks assumed values."""
     ends = drum_ends(given.falls, given.drum_ends)
     efficiency = given.sheave_efficiency or ROLLING
     lead = lead_factor(given.falls, ends, efficiency)

@@ -72,7 +72,7 @@ def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: f
 
 
 def check_drums(source: SourceText, path: Path, hook: HookKeys) -> None:
-    """Add an error unless the number of falls of a hook can be divided by the number of rope ends on its drum."""
+    """Add an error unless the falls of a hook can be divided equally among the rope ends on its drum."""
     if hook.drum_ends and hook.falls % hook.drum_ends:
         message = f"{hook.falls} falls cannot be shared by {hook.drum_ends} drum ends: give an even number of falls"
         source.fault((*path, "drum ends"), f"{message}, or 'drum ends: 1'", on_key=True)
@@ -137,8 +137,9 @@ def _hang_one(
 
 
 def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, where: str) -> plan.Actuator:
-    """Return the winch of a hook. `L0`: length of the hook rope at the start [m]; `away`: part of this length that runs
-    to the drum [m]."""
+    """Return the winch of a hook.
+
+    `L0`: length of the hook rope at the start [m]; `away`: part of this length that runs to the drum [m]."""
     return plan.Actuator(
         name=name, start=L0, accel=ramp_of(hook.ramp)[0], lower=lower, upper=hook.longest + away, verb="hoist",
         speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest, emergency=hook.emergency, where=where,
@@ -146,8 +147,9 @@ def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, wh
 
 
 def hoist_of(name: str, hook: HookKeys, eye: k.Point, L0: float, gravity: float, where: str) -> plan.Hoist:
-    """Return the hook of the plan for the keys of a machine type. `eye`: point where the rope holds the hook block;
-    `L0`: length of the rope at the start [m]."""
+    """Return the hook of the plan for the keys of a machine type.
+
+    `eye`: point where the rope holds the hook block; `L0`: length of the rope at the start [m]."""
     ends, efficiency = drum_ends(hook.falls, hook.drum_ends), hook.sheave_efficiency or ROLLING
     breaking, line = hook.fall_breaking or 0.0, mass_of(hook)
     most = breaking / rope_factor(hook)[0] - line / hook.falls * gravity * L0  # of its most loaded part
@@ -160,7 +162,7 @@ def hoist_of(name: str, hook: HookKeys, eye: k.Point, L0: float, gravity: float,
 
 
 def mass_of(hook: HookKeys) -> float:
-    """Return the mass per length of all falls together [kg/m], for model levels in which ropes have mass."""
+    """Return the mass per length [kg/m] of all falls of a hook rope together, for model levels with heavy ropes."""
     return hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
 
 

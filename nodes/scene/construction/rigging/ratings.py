@@ -30,7 +30,7 @@ YEAR = 366  # [days] between examinations, at most (ASME B30.9, periodic inspect
 
 
 def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the reduced capacities of the hooks of several machines that carry one load together at the start."""
+    """Yield the reduced capacities of hooks of several machines that together carry one load at the start."""
     lifting: dict[str, dict[str, list[plan.Hoist]]] = {}  # load -> machine -> hooks
     lugs, keys = lug_places(builder.machines), builder.scene.machines
     rated = {name for name, x in keys.items() if any(cell.tandem < 1.0 for cell in x.load_cells.values())}
@@ -57,9 +57,9 @@ def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
 
 
 def with_rigging(builder: SceneBuilder, limits: Iterable[RatedLimit]) -> Iterator[RatedLimit]:
-    """Yield limits of the load on hooks and frames with the mass of the slings below, and of two shackles each, which
-    have no mass in the model: for each hook that of the factor sheet, else as far as the gear gives it. Hooks that hold
-    a sling together share it."""
+    """Yield the limits of loads on hooks and frames, with the mass of the slings and shackles below them. These have no
+    mass in the model; there are two shackles for each sling. For each hook it is the mass of the factor sheet, else as
+    far as the gear gives it. Hooks that hold a sling together share it."""
     scene, of = builder.scene, Counter[str]()
     for item in scene.gear.values():
         for owner, _, what in (at.rpartition(".") for at in item.at):
@@ -159,7 +159,7 @@ def _lug(builder: SceneBuilder, lug: str, most: float | None, slings: list[str],
 
 
 def bridle_limit(builder: SceneBuilder, sling: str, where: str, *, bent: bool) -> RatedLimit:
-    """Yield the limit of the angle between a sling and the vertical, unless the sling is `bent` over an edge or
+    """Yield the limit of the angle between a sling and the vertical. There is none for a sling `bent` over an edge or
     sheave."""
     limits, row = builder.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
     if bent:
@@ -204,8 +204,7 @@ def _assembly(
 
 
 def certificate_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield a row without a value for each item of gear whose certificate is missing, or expired at the date of the
-    project; none of a scene that states no date."""
+    """Yield a limit without a value for each item of gear whose certificate is missing or has expired."""
     today = _date(builder.scene.project.date) if builder.scene.project else None
     for name, x in builder.scene.gear.items() if today else ():
         given = _date(x.certificate)

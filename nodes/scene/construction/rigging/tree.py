@@ -28,7 +28,8 @@ NOWHERE = k.Point("")
 
 
 class RiggingTree:
-    """Rigging of a scene and its checks; errors are added to the source. `taken`: hooks that hold frames of `rig`."""
+    """The rigging of a scene, with methods that check it; errors are added to the source. `taken`: hooks that hold
+    frames of `rig`."""
 
     def __init__(self, source: SourceText, scene: Scene, around: k.System, taken: Container[str]) -> None:
         blocks = scene.all_blocks
@@ -55,13 +56,13 @@ class RiggingTree:
     # ---- names --------------------------------------------------------------------------------------------
 
     def upper(self, word: str) -> k.Point | None:
-        """Return the upper attachment point of a sling for its name in the scene; None if the name is unknown."""
+        """Return the upper attachment point of a sling by its name in the scene; None if the name is unknown."""
         words = " ".join(word.split())
         hook = words.replace(".", " ", 1) if words in self.hooks else words
         return self.ends.get(hook) or self.points.get(words)
 
     def lower(self, word: str) -> k.Point | None:
-        """Return the lower attachment point of a sling for its name in the scene; None if the name is unknown."""
+        """Return the lower attachment point of a sling by its name in the scene; None if the name is unknown."""
         return self.lugs.get(word) or self.points.get(word)
 
     def missing(self, word: str) -> tuple[str, str]:
@@ -73,7 +74,7 @@ class RiggingTree:
         return message, closest(word, [*self.lugs, *self.points])
 
     def of_hook(self, hook: str) -> dict[str, SlingKeys]:
-        """Return the slings that run from a hook to lugs and therefore belong to the machine of the hook."""
+        """Return the slings from a hook to lugs, which belong to the machine of the hook."""
         slings = {name: given for name, given in self.rigging.items() if isinstance(given, SlingKeys)}
         return {name: given for name, given in slings.items() if self._plain(given) == hook}
 
@@ -180,8 +181,8 @@ class RiggingTree:
                     yield name, i, point, word
 
     def ropes(self, name: str) -> dict[str, tuple[int, k.Point, bool]]:
-        """Return, for each rope of a rigging entry, the number of its sling, its lower attachment, and whether it is
-        hooked at the start; ropes to unknown lugs are omitted."""
+        """Return the ropes of a rigging entry: number of the sling, lower attachment, hooked at the start or not. Ropes
+        to unknown lugs are omitted."""
         ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
         return {rope: (sling.number, end, sling.hooked) for rope, (sling, end) in ends.items() if end is not None}
 
@@ -220,7 +221,7 @@ class RiggingTree:
         return [x, y, z]
 
     def height(self, body: str, at: Callable[[k.Point], list[float]]) -> float | None:
-        """Return the height z [m] of a hook or frame at which its slings have their specified slack; None if it has no
+        """Return the height z [m] of a hook or frame at which its slings have their specified slack; None without
         slings. `at`: function that returns the world position [m] of a point of the hook or frame for z = 0."""
         found: list[float] = []
         for name, i, point, word in self._below(body):

@@ -24,8 +24,7 @@ UNJUDGED = ("angle", "length")  # signals that are not known of a path or a reco
 
 
 class Conditions:
-    """Resolves the names in conditions; each comparison of a signal with a value gets its own uniquely named
-    threshold."""
+    """Resolves names in conditions; each comparison of a signal with a value gets a threshold with its own name."""
 
     def __init__(self, builder: SceneBuilder) -> None:
         self.yard, self.source = builder, builder.source
@@ -44,7 +43,7 @@ class Conditions:
     def crossing(
         self, path: Path, signal: ScalarSignal, model: str, value: float, rising: bool, text: str
     ) -> actions.CrossingCondition:
-        """Return the condition that a signal crosses a value, with a new threshold."""
+        """Return the condition that a signal crosses a value, for which a new threshold is made."""
         self.thresholds += 1
         guard = guard_of(f"{signal.quantity.replace(' ', '-')}-{self.thresholds}", signal)
         where = self.source.where(path)
@@ -137,7 +136,7 @@ class Conditions:
         return "", ScalarSignal("height")
 
     def signal(self, path: Path, test: phrases.CrossTest) -> tuple[str, ScalarSignal] | None:
-        """Return the model that watches a quantity, and its signal; if there is none, add an error and return None."""
+        """Return the model that watches a quantity, and the signal of the quantity; None after an error."""
         if test.share:
             return self._share(path, test)
         of, quantity = test.of, test.quantity

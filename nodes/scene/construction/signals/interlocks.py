@@ -25,8 +25,7 @@ MOVES = ("drive", "hook", "winch")  # kinds of actors that can be stopped
 
 
 def build_interlocks(yard: SceneBuilder) -> tuple[Interlock, ...]:
-    """Return the interlocks of the scene and of its machine types; an interlock of several machines becomes one
-    interlock for each machine."""
+    """Return the interlocks of the scene and of its machine types, one for each machine that they stop."""
     if not yard.scene.interlocks:
         return ()
     builder = _Builder(yard)

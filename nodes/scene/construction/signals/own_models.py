@@ -81,7 +81,7 @@ class _Models:
             return model
 
     def signal(self, path: Path, text: str) -> ScalarSignal | None:
-        """Return the signal that a port of a user model receives; `text` names the quantity in the same words as
+        """Return the signal that a port of a user model receives. `text` names the quantity in the same words as
         conditions."""
         words = " ".join(text.split())
         match = re.fullmatch(rf"({'|'.join(sorted(QUANTITIES, key=lambda x: -len(x)))})(?: (?:of )?(.+))?", words)
@@ -109,8 +109,7 @@ class _Models:
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
-        """Return the actuator that the set-points of a port control; add an error and return None if there is no such
-        actuator."""
+        """Return the actuator that the set-points of a port control; None, after an error, if there is none."""
         words = " ".join(target.split())
         found = self.targets.get(words, ())
         found = tuple(x for x in found if called_of(x.name) == (words, "")) or found  # the drive called as its machine

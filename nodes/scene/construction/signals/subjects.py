@@ -84,8 +84,8 @@ class Subjects:
         return found
 
     def share(self, row: RatedLimit) -> tuple[str, ScalarSignal] | None:
-        """Return the watching model and the signal of a load or tension relative to its limit, as `check` computes it;
-        None if there is no such limit."""
+        """Return the watching model and the signal of a load or tension in per cent of its limit; None without a
+        limit."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
         if row.over == "trolley":

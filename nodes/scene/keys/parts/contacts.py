@@ -24,7 +24,7 @@ class _Side(Base):
 
 
 class Against(_Side):
-    """The second side of a contact: a plane, unless a box or a radius is given."""
+    """The second side of a contact: a plane by default, or a box or ball if a box or a radius is given."""
 
     body: str = WORLD
     normal: Direction = (0.0, 0.0, 1.0)

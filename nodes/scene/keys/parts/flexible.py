@@ -34,7 +34,7 @@ class Section(Base):
 
 
 class Stiffness(keys_of(k.Beam, "length", "mass_per_length", "polar", "start")):  # type: ignore[misc]
-    """Section stiffness of a uniform beam: EI, EA and GJ, given directly or by E, G and `section`; a beam is rigid in a
+    """Section stiffness of a uniform beam: EI, EA and GJ, given directly or by E, G and `section`. A beam is rigid in a
     stiffness that is omitted."""
 
     E: u.Modulus = 0.0
@@ -74,7 +74,7 @@ class BeamKeys(Stiffness):
 
 
 class GirderKeys(Base):
-    """A girder: the part of a body that bends, at some model levels, as a beam along its y axis between legs at y = 0
+    """A girder: the part of a body that bends, at some model levels, as a beam along its y axis. Its legs are at y = 0
     and `span`."""
 
     slides: list[str] = Field(default_factory=list)  # joints of what slides on it
@@ -86,7 +86,7 @@ class GirderKeys(Base):
 
 
 class Elastic(Base):
-    """A body that bends, at some model levels, as a uniform beam along the x axis of its frame, with equal stiffness
+    """A body that bends, at some model levels, as a uniform beam along the x axis of its frame. It has equal stiffness
     about y and z. By default, `length` is the length of the body's box and `mass` the mass of the body."""
 
     EI: u.Rigidity
@@ -131,7 +131,7 @@ class Hull(Stiffness):
 
 
 class ModeKeys(Base):
-    """A free-free vibration mode of a block; lugs and supports that are not listed move with the block's frame."""
+    """A free-free vibration mode of a block. Lugs and supports that are not listed move with the block's frame."""
 
     frequency: u.Frequency
     mass: u.Mass  # at the scale of its shape
@@ -140,9 +140,10 @@ class ModeKeys(Base):
 
 
 class Matrices(Base):
-    """Mass and stiffness matrices of a finite-element model with 3 or 6 degrees of freedom at each node; the rows of
-    `nodes` are positions [m]. `held`: degrees of freedom, counted from 0, that are fixed to the body's frame; `shapes`
-    (columns) are used instead of the eigenmodes."""
+    """Mass and stiffness matrices of a finite-element model with 3 or 6 degrees of freedom at each node.
+
+    The rows of `nodes` are positions [m]. `held`: degrees of freedom, counted from 0, that are fixed to the body's
+    frame; `shapes` (columns) are used instead of the eigenmodes."""
 
     nodes: str
     mass: str
@@ -160,8 +161,8 @@ class Matrices(Base):
         return file
 
     def built(self, folder: Path, root: Path) -> k.Flexible:
-        """Return the kernel's description of the flexible body; raises ValueError for a file that is unreadable or
-        outside the folder `root`."""
+        """Return the kernel's description of the flexible body; raises ValueError for an unreadable file. Files must be
+        in the folder `root`."""
         nodes = tuple((float(x), float(y), float(z)) for x, y, z in self._array(folder, root, "nodes", 3))
         nodal = k.Nodal(
             nodes=nodes,

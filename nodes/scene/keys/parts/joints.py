@@ -42,7 +42,7 @@ class Limits(keys_of(k.Stop, "joint", "coordinate", **ENDS)):  # type: ignore[mi
 
 
 class Friction(Base):
-    """Friction of a joint coordinate: `viscous` is effort per velocity; `dry` is the effort at which a spring and
+    """Friction of a joint coordinate: viscous (effort per velocity) and dry. `dry` is the effort at which a spring and
     damper begin to slip."""
 
     viscous: AnyDamping = 0.0
@@ -76,8 +76,7 @@ class AnyJoint(Base):
         return JOINTS[self.type].turns(self.coordinates.index(coordinate))
 
     def values(self, keys: Iterable[str]) -> tuple[float, ...]:
-        """Return the values of the given keys, without keys that this type of joint does not have; quaternions are
-        normalised."""
+        """Return the values of those of the given keys that this type of joint has; quaternions are normalised."""
         found: list[float] = []
         for key in keys:
             value = getattr(self, key, ())
@@ -98,7 +97,7 @@ class AnyJoint(Base):
         return k.Joint(name, self.type, *place, unit(axis), unit(second), pitch, q0=q0, v0=v0, p_CJ=self.at_child)
 
     def laws(self, name: str) -> Iterator[k.Stop | k.Brake | k.JointSpring]:
-        """Yield the kernel's laws made from the keys `limits` and `friction` of a joint."""
+        """Yield the force laws of the kernel made from the keys `limits` and `friction` of a joint."""
         for c, x in self.limits.items():
             yield x.built(f"{name}.{c}.limits", name, coordinate=c)
         for c, f in self.friction.items():
@@ -109,7 +108,7 @@ class AnyJoint(Base):
 
 
 class Spherical(AnyJoint):
-    """A joint that turns about all axes; `attitude` is a quaternion (x, y, z, w), `rate` the angular velocity in the
+    """A joint that turns about all axes. `attitude` is a quaternion (x, y, z, w), `rate` the angular velocity in the
     child's axes."""
 
     type: Literal["spherical"]

@@ -12,18 +12,18 @@ PartName = Annotated[str, AfterValidator(part_name)]  # `west.boom` of the machi
 
 
 class MachineKeys(Parts[PartName]):
-    """A machine as its type generates it: a mechanism whose parts have the machine's name as prefix."""
+    """Keys of a machine that its type has generated: a mechanism whose parts have the machine's name as prefix."""
 
 
 class Eye(Base):
-    """Suspension of a frame: the rope falls hold the origin of a body and are spread along its x axis."""
+    """Suspension of a frame by rope falls, which hold the origin of a body and are spread along its x axis."""
 
     body: str
     apart: u.Extent
 
 
 class FrameParts(Parts[PartName]):
-    """The parts of a frame on a hook, as its type generates them."""
+    """The parts of a frame on a hook, as the type of the frame generates them."""
 
     eye: Eye
     slings: Annotated[list[BodyPoint], Field(min_length=1)]  # where they hang

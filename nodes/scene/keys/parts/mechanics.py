@@ -33,10 +33,10 @@ def _shape(given: object) -> str:
 
 
 class RampQuantity(u.Quantity):
-    """Reader of a ramp: a positive acceleration, or a ramp without swing as in orders."""
+    """Parser of a ramp in a scene: a positive acceleration, or a ramp without swing as in orders."""
 
     def ramp(self, value: object) -> float | SwingRamp:
-        """Return the acceleration in SI units, or the ramp without swing."""
+        """Return a ramp as an acceleration in SI units or as a ramp without swing."""
         found = read_ramp(value, self.dimension)
         return found if isinstance(found, SwingRamp) else self.read(value)
 
@@ -69,7 +69,7 @@ Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValid
 
 
 class BodyKeys(Base):
-    """A body; `inertia` is about its centre of mass: Ixx, Iyy, Izz, optionally Ixy, Ixz, Iyz. A body that carries
+    """A body, with its inertia about the centre of mass: Ixx, Iyy, Izz, optionally Ixy, Ixz, Iyz. A body that carries
     bodies with mass may have no mass itself.
 
     `box`: the body has the moments of inertia of a uniform box with these edges, and is drawn as one. `beam` or
@@ -98,7 +98,7 @@ class Winch(Base):
 
 
 class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
-    """A point or sheave over which a rope runs; the sheave turns positively about its axis.
+    """A point or sheave over which a rope runs. The sheave turns positively about its axis.
 
     If the rope slips, the ratio of tensions is exp(friction * wrap) / efficiency. The rope leaves a sheave with a
     radius when its wrap angle falls to zero, and can return to it.
@@ -106,13 +106,13 @@ class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
 
     @property
     def plain(self) -> bool:
-        """Whether the rope runs here over a point without radius and friction."""
+        """Whether the rope runs here over a mere point, without radius and friction."""
         return not (self.radius or self.friction) and self.efficiency == 1.0
 
 
 class RopeKeys(Base):
-    """A tension-only elastic rope; `length` is its unstretched length. A `rigid` rope is inextensible, without EA and
-    damping.
+    """A tension-only elastic rope, or an inextensible one if `rigid`. `length` is its unstretched length. A `rigid`
+    rope has no EA and damping.
 
     It runs from `start` to `end`, possibly `over` points and sheaves or `over edges`, or along separate `lines` with
     the same tension.
@@ -153,7 +153,7 @@ class BrakeKeys(keys_of(k.Brake, moment=one("holds", u.Effort))):  # type: ignor
 
 
 class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
-    """A lock of a joint, which orders can engage and release; `engaged`: the joint is locked at the start."""
+    """A lock of a joint, which orders can engage and release. `engaged`: the joint is locked at the start."""
 
 
 class DriveKeys(keys_of(k.Drive, "wave", "waves")):  # type: ignore[misc]
@@ -181,9 +181,10 @@ class BoomChart(Base):
 
 
 class HookKeys(Base):
-    """A hook on the falls of a winch. One elastic rope from the body `on` stands for all falls. If a `drum` is given, a
-    single part of the rope continues from `at` to the drum, so that the hook moves when `at` moves relative to the
-    drum, for example in luffing."""
+    """A hook on the falls of a winch.
+
+    One elastic rope from the body `on` stands for all falls. If a `drum` is given, a single part of the rope continues
+    from `at` to the drum, so that the hook moves when `at` moves relative to the drum, for example in luffing."""
 
     on: str
     at: Place
@@ -227,9 +228,10 @@ class HookKeys(Base):
 
     @property
     def chart(self) -> list[tuple[float, float]] | None:
-        """The capacity chart that applies: for the same or the next longer boom, the same or the next lighter
-        counterweight, and the same or the next narrower base; None if the hook has no chart. Raises ValueError if no
-        chart applies."""
+        """The capacity chart that applies to the crane's boom, counterweight and base; None if the hook has no chart.
+
+        It is the chart for the same or the next longer boom, the same or the next lighter counterweight, and the same
+        or the next narrower base. Raises ValueError if no chart applies."""
         if not self.capacity_charts:
             return self.capacity_chart
         boom, more = (self.boom or inf) * (1.0 - ROUNDING), 1.0 + ROUNDING
@@ -258,7 +260,7 @@ class LoadCellKeys(Base):
 
 
 class ModelFile(Base):
-    """A file in URDF or MJCF from which the parts of a machine are read; `lacks`: features of the file that were not
+    """A file in URDF or MJCF from which the parts of a machine are read. `lacks`: features of the file that were not
     converted (written by heavylift)."""
 
     file: str
@@ -291,10 +293,11 @@ class Parts(Base, Generic[PartKey]):
 
     @property
     def laws(self) -> dict[str, dict[PartKey, Any]]:
-        """All laws along joint coordinates, by the section of the scene in which they are written."""
+        """All force laws along joint coordinates, by the section of the scene in which they are written."""
         return {"springs": self.springs, "stops": self.stops, "brakes": self.brakes, "drives": self.drives}
 
 
 class MechanismKeys(Parts[Name]):
-    """A system of bodies, joints and laws, which becomes one coupled model. In a scene with a lift it may refer to
-    bodies and joints of the lift, and need not have any of its own."""
+    """A system of bodies, joints and laws, which becomes one coupled model.
+
+    In a scene with a lift it may refer to bodies and joints of the lift, and need not have any of its own."""

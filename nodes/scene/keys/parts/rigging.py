@@ -72,8 +72,7 @@ class SlingKeys(Base):
 
 
 class Equaliser(Base):
-    """A rope that runs from one lug over a sheave to another lug, so that both ends carry the same load except for
-    friction."""
+    """A rope from one lug over a sheave to another lug; both ends carry the same load except for friction."""
 
     type: Literal["equaliser"]
     on: str  # where the sheave hangs: hook, frame, point of a frame

@@ -33,7 +33,7 @@ class Wheels(Base):
 
 
 class Stands(Base):
-    """The base of a machine; without tracks, outriggers or wheels, the base is a foundation, which is not checked."""
+    """The base of a machine: tracks, outriggers, wheels or, by default, a foundation, which is not checked."""
 
     on: str  # the body that has them
     at: Place = (0.0, 0.0, 0.0)  # middle of the base on the ground, in the frame of that body
