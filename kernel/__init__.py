@@ -10,11 +10,11 @@ From description to code, lowest layer first; each package imports only those ab
     algebra                arithmetic with the same bits on every processor; spatial algebra
     multibody              graph and trees, kinematics, recursive dynamics; flexible bodies; formulations
     forces                 the force table: ropes, springs, supports, stops, brakes, user-defined laws
-    constraints            loops, rigid ropes and contacts as rows; complementarity
+    constraints            loops, rigid ropes and contacts as rows (Delassus matrix); complementarity
     model                  equations of one scene: parameters, program, evaluation; joint reactions
 Simulation and analysis
     methods                integration methods: explicit, implicit, symplectic
-    simulation             steps, located events, impacts with friction, commands, samples, safeguards of one run
+    simulation             steps, located events, impacts with friction (Gauss-Seidel), commands, samples of one run
     analysis               equilibrium paths, modes, momentum
     equations              the equations in print, as text and LaTeX
     islands                independent parts of a system, integrated separately

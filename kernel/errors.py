@@ -98,8 +98,8 @@ def error_text(error: BaseException, most: int = 500) -> str:
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:
-    """Import an optional package and return it; raises the error `missing`, whose text says what needs the package and
-    how to install it, if the package is not installed, or an error of the same class if the import fails."""
+    """Import an optional package and return it; raises the error `missing` if it is not installed, or an error of the
+    same class if the import fails."""
     try:
         return import_module(package)
     except Exception as error:
@@ -149,8 +149,7 @@ class SignalError(RecordingError, KeyError):
 
 
 class OutputError(RecordingError):
-    """Raised for an output that cannot be written under its name: another file exists there, or the name is
-    unsuitable."""
+    """Raised for an output that cannot be written under its name: another file has it, or it is unsuitable."""
 
 
 class Stopped(HeavyliftError):

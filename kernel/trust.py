@@ -36,8 +36,10 @@ _named: dict[str, str] = {}
 
 
 def refusal(where: str, reference: str = "") -> str:
-    """Return why the code of a module or file.py must not run, with the command that allows it; "" if it may run or
-    does not exist. `reference`: the complete reference, which a command line may have allowed literally."""
+    """Return why the code of a module or file.py must not run, with the command that allows it; "" if it may run.
+
+    Also "" if it does not exist. `reference`: the complete reference, which a command line may have allowed literally.
+    """
     given = _allowed()
     if reference and reference in given:
         return ""
@@ -63,8 +65,7 @@ def refusal(where: str, reference: str = "") -> str:
 
 
 def foreign(function: object, reference: str = "") -> str:
-    """Return why a function of a trusted module must not be called because it is defined in an untrusted one; "" if it
-    may be called."""
+    """Return why a function of a trusted module must not be called (an untrusted one defines it); "" if it may be."""
     while isinstance(function, functools.partial):
         function = function.func
     where = getattr(function, "__module__", None) or type(function).__module__
@@ -76,15 +77,13 @@ def foreign(function: object, reference: str = "") -> str:
 
 
 def named(references: Iterable[str], by: str = "") -> None:
-    """Register references to functions that data named, and where the data came from; these functions are checked from
-    now on."""
+    """Register references to functions found in data, with the data's origin, so that they are checked before use."""
     for reference in references:
         _named[reference] = by or _named.get(reference, "")
 
 
 def demand(references: Iterable[str], by: str) -> None:
-    """Register references to functions that data named, and raise KernelError if the code of one of them must not
-    run."""
+    """Register references to functions found in data; raises KernelError if code of one of them must not run."""
     references = [*references]
     named(references, by)
     for reference in references:
@@ -93,13 +92,13 @@ def demand(references: Iterable[str], by: str) -> None:
 
 
 def namer(reference: str) -> str | None:
-    """Return the origin of the data that named a function: "" if it is unknown; None if no data named it."""
+    """Return the origin of the data that refers to a function: "" if unknown; None if no data refers to it."""
     return _named.get(reference)
 
 
 def trusted() -> list[Path]:
-    """Return the folders and files that this user trusts, sorted; raises KernelError if other users can write to the
-    list of these."""
+    """Return the folders and files that this user trusts, sorted; raises KernelError if other users can change the
+    list."""
     path = _list()
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
@@ -116,8 +115,7 @@ def trusted() -> list[Path]:
 
 
 def trust(folder: Path) -> Path:
-    """Trust a folder or file and return its resolved path; raises KernelError if it is missing or other users can
-    change it."""
+    """Trust a folder or file, return its resolved path; raises KernelError if missing or changeable by other users."""
     folder = folder.expanduser().resolve()
     if not (folder.is_dir() or folder.is_file()):
         raise KernelError(f"there is no folder {folder}; trust the folder that holds the code")

@@ -52,8 +52,10 @@ def sizes(x: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class LuFactors:
-    """L U factors of a matrix (n, n), stored in one array; L has a unit diagonal. `filled`: for each column, the range
-    of rows that holds its nonzero entries."""
+    """L U factors of a matrix (n, n), stored in one array; L has a unit diagonal.
+
+    `filled`: for each column, the range of rows that holds its nonzero entries.
+    """
 
     LU: np.ndarray  # (n, n)
     filled: list[tuple[int, int]]
@@ -69,8 +71,7 @@ class LuFactors:
         return X
 
     def half(self) -> np.ndarray:
-        """Return X (n, n) with X^T A X = 1, where A is the factorised matrix, which must be symmetric positive
-        definite."""
+        """Return an inverse square root X (n, n) of the factorised positive definite matrix A: X^T A X = 1."""
         X = np.eye(len(self.LU))
         for k in reversed(range(len(X))):
             X[:k] -= self.LU[k, :k, None] * X[k]
@@ -79,8 +80,10 @@ class LuFactors:
 
 def factored(A: np.ndarray, least: float = 0.0) -> LuFactors:
     """Return the L U factors of a matrix (n, n) without pivoting, for positive definite matrices and spline
-    interpolation. Raises ZeroDivisionError if a pivot is not larger than `least` times the diagonal element of the
-    original matrix."""
+    interpolation.
+
+    Raises ZeroDivisionError if a pivot is not larger than `least` times the diagonal element of the original matrix.
+    """
     LU = np.array(A, float)
     for k in range(len(LU)):
         if not LU[k, k] > least * abs(float(A[k, k])):

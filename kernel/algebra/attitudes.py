@@ -7,8 +7,8 @@ SKEW, ROUNDED = 1e-12, 1e-5  # by which rows of a rotation that was rounded may 
 
 
 def quaternions(R: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return unit quaternions (n, 4), x y z w with w >= 0, of matrices (n, 3, 3); a matrix that is not orthogonal
-    within tolerance is first replaced by the nearest rotation.
+    """Convert matrices (n, 3, 3) to unit quaternions (n, 4), x y z w with w >= 0, via the nearest rotations if they are
+    not orthogonal within tolerance.
 
     Shepperd (1978): of four equal quaternions the one without cancellation. Sums have a fixed order, for the same bits.
     """

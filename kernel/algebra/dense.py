@@ -18,8 +18,7 @@ SWEEPS = 60  # far more than any matrix needs
 
 
 def dot(a: Row, b: Row) -> float:
-    """Return the dot product of two vectors: rounded products, summed exactly and rounded once; inf or nan on
-    overflow."""
+    """Return the dot product of two vectors: rounded products, summed exactly, rounded once; inf or nan on overflow."""
     try:
         return fsum(map(mul, a, b))
     except OverflowError:

@@ -110,10 +110,10 @@ def _iterated(B: np.ndarray, factors: LuFactors, n: int, p: int) -> tuple[np.nda
 
 
 def orthonormal(X: np.ndarray, AX: np.ndarray, least: float = NOTHING) -> tuple[np.ndarray, np.ndarray]:
-    """Return the A-orthonormalised columns of X, in their order, and A times these columns; a column is dropped if its
-    part orthogonal to the earlier ones is shorter than `least` times the column.
+    """Return the columns of X orthonormalised with respect to A, in their order, and A times these columns.
 
-    By modified Gram-Schmidt, applied twice ("twice is enough", Kahan, Parlett).
+    A column is dropped if its part orthogonal to the earlier ones is shorter than `least` times the column. By modified
+    Gram-Schmidt, applied twice ("twice is enough", Kahan, Parlett).
     """
     X, AX = X.copy(), AX.copy()
     first = total(X * AX)
@@ -204,7 +204,7 @@ def integral(c: np.ndarray) -> np.ndarray:
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the coefficients (2n - 1, ...) of the product of two Chebyshev series (n, ...), by 2 T_i T_j = T_(i+j) +
+    """Return the coefficients (2n - 1, ...) of the product of two Chebyshev series (n, ...): 2 T_i T_j = T_i+j +
     T_|i-j|."""
     n = len(a)
     out = np.zeros((2 * n - 1, *(a[0] * b[0]).shape))

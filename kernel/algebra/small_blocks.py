@@ -96,8 +96,7 @@ class Blocks:
         return self._get(f"block_less{n}_{m}_{k}", body, {"M": n * m, "U": k * n, "W": k * m})
 
     def minus_transposed(self, m: int, n: int) -> Function:
-        """Return the function that subtracts a transposed product from a vector: x (m,), W (n, m), y (n,) -> x - W^T
-        y."""
+        """Return the function that subtracts a transposed product: x (m,), W (n, m), y (n,) -> x - W^T y."""
 
         def body(x: Array, W: Array, y: Array) -> Outputs:
             (out,) = _rows("x", x, m)
@@ -108,7 +107,7 @@ class Blocks:
         return self._get(f"block_minus_transposed{m}_{n}", body, {"x": m, "W": n * m, "y": n})
 
     def minus(self, n: int, m: int) -> Function:
-        """Return the function that subtracts a product from a vector: x (n,), W (n, m), y (m,) -> x - W y."""
+        """Return the function that subtracts a product: x (n,), W (n, m), y (m,) -> x - W y."""
 
         def body(x: Array, W: Array, y: Array) -> Outputs:
             out = list(x)
@@ -164,8 +163,8 @@ class LDLT:
 
 
 def frame(columns: list[Array]) -> tuple[Any, Any]:
-    """Return the QR factors of a matrix given by m columns (n,), by Householder reflections: orthogonal Q (n, n) and
-    upper triangular R (m, m), with Q[:, :m] R equal to the matrix.
+    """Complete m columns (n,) to an orthogonal frame by Householder QR: return Q (n, n) and upper triangular R (m, m),
+    with Q[:, :m] R equal to the columns.
 
     The remaining columns of Q span the space orthogonal to all given columns.
     """

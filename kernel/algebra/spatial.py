@@ -67,7 +67,7 @@ def quaternion_matrix(x: Scalar, y: Scalar, z: Scalar, w: Scalar) -> Array:
 
 
 def quaternion_rate(quaternion: Array, o: Array) -> Array:
-    """Return the time derivative (4,) of a quaternion (x y z w) of a body with angular velocity o [rad/s] in body
+    """Return the time derivative (4,) of the quaternion (x y z w) of a body with angular velocity o [rad/s] in its
     axes."""
     x, y, z, w = quaternion
     return 0.5 * np.array(

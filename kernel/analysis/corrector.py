@@ -24,7 +24,7 @@ LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
 
 
 class Corrector:
-    """Finds equilibria of a simulation near given poses; `poses` evaluates the simulation at a pose."""
+    """Finds static equilibria of a simulation near given poses by prediction and Newton's method."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
@@ -33,8 +33,8 @@ class Corrector:
         self.renew(simulation.state[: simulation.program.nq].copy())
 
     def renew(self, q: np.ndarray) -> None:
-        """Restart the prediction of equilibria at pose q (nq,) with a new stiffness, after commands or after laws have
-        switched."""
+        """Restart the prediction of equilibria at pose q (nq,) with a new stiffness, after commands or state
+        changes."""
         if self._program is not self._simulation.program:
             self._program = self._simulation.program
             self.poses = Poses(self._simulation)
@@ -42,7 +42,7 @@ class Corrector:
         self._stiffen(q)
 
     def place(self, q: np.ndarray) -> np.ndarray:
-        """Return a pose (nq,) with the prescribed coordinates set to their commanded values."""
+        """Return pose q (nq,) with the coordinates of prescribed drives set to their commanded values."""
         s = self._simulation
         q = q.copy()
         for d in s.program.system.drives:
@@ -63,7 +63,7 @@ class Corrector:
         self.poses.factorise(K, LONG, self.poses.basis(q))
 
     def predicted(self, q0: np.ndarray, P0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float]:
-        """Predict the equilibrium a step of `dt` [ns] after q0 by tangent and curvature, and correct the prediction.
+        """Predict the equilibrium `dt` [ns] after the one at q0 by tangent and curvature of the path, then correct it.
 
         Returns the equilibrium (None if there is none nearby) and its distance from the prediction. P0: parameters at
         q0; the simulation already has the parameters at the end of the step.

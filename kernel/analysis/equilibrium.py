@@ -39,8 +39,11 @@ OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed
 
 
 def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
-    """Switch the force laws whose guards (event functions) are negative at pose q (nq,), until no guard is negative;
-    return the changes. If `thresholds`, switch armed thresholds of signals, too."""
+    """Switch the force laws whose guards (event functions) are negative at pose q (nq,), until none is; return the
+    changes.
+
+    If `thresholds`, switch armed thresholds of signals, too.
+    """
     simulation = poses.simulation
     guards = simulation.program.guards
     happened: list[StateChange] = []
@@ -75,8 +78,10 @@ def _rub(simulation: Simulation, kind: str, name: str) -> StateChange:
 
 
 def release(simulation: Simulation) -> float:
-    """Move the anchors of slipping friction springs until friction can hold the spring forces (radial return). Return
-    the longest slide of a pad [m]; each slide is taken to be straight, in its final direction."""
+    """Move the anchors of slipping friction springs until friction holds the spring forces (radial return).
+
+    Return the longest slide of a pad [m]; each slide is taken to be straight, in its final direction.
+    """
     slid = 0.0
     program, row = simulation.program, simulation.row()
     for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):
@@ -95,7 +100,7 @@ def release(simulation: Simulation) -> float:
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Return the last change of each law, without laws that switched and then switched back."""
+    """Return the net changes of a list of state changes: the last one of each force law that has not switched back."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}
@@ -152,8 +157,8 @@ def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilib
 
 
 def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
-    """Return the rest pose (nq,) reached from q, the number of iterations, and the changes of law states; raises
-    KernelError naming a body that does not come to rest."""
+    """Return the pose at rest (nq,) that is reached from q, the number of iterations, and the state changes of force
+    laws. Raises KernelError naming a body that does not come to rest."""
     h, before, last, stalled, onward, way = SHORT, np.inf, np.inf, 0, False, np.zeros(len(poses.free))
     events: list[StateChange] = []
     for steps in range(MOST + MORE):

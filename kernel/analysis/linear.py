@@ -44,8 +44,10 @@ class LinearColumn:
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """Linearised model x' = A x + B u, y = C x + D u in deviations; A (n, n), B (n, m), C (p, n), D (p, m) in SI units,
-    with the name of each row and column. It unpacks as A, B, C, D."""
+    """Linearised model x' = A x + B u, y = C x + D u in deviations, with the name of each row and column.
+
+    A (n, n), B (n, m), C (p, n), D (p, m) in SI units. It unpacks as A, B, C, D.
+    """
 
     A: np.ndarray
     B: np.ndarray
@@ -297,7 +299,7 @@ def _state_names(p: Program) -> list[str]:
 
 
 def unit_of(p: Program, topic: str, i: int, unit: str) -> str:
-    """Return the unit of the i-th column of a sampled topic; `unit`: the unit of all columns, unless they differ."""
+    """Return the unit of the i-th column of a topic such as "joint/velocity"; `unit`: that of topics with only one."""
     if topic.startswith("pose/"):
         return "m" if i < 3 else "1"
     units: dict[str, list[str]] = {"joint/position": [], "joint/velocity": []}

@@ -57,9 +57,11 @@ class PathPoint:
 
 
 class EquilibriumPath:
-    """Moves a simulation from one static equilibrium to the next as commands take effect; nothing else may advance the
-    simulation. `heard`: names of laws whose events stop `run`; `points`: all equilibria so far; `notes`: messages for
-    the user."""
+    """Moves a simulation from one static equilibrium to the next as commands take effect.
+
+    Nothing else may advance the simulation. `heard`: names of laws whose events stop `run`; `points`: all equilibria so
+    far; `notes`: messages for the user.
+    """
 
     def __init__(self, simulation: Simulation, heard: frozenset[str] = frozenset()) -> None:
         self.command, self.heard = simulation, heard
@@ -76,8 +78,7 @@ class EquilibriumPath:
     # ---- life ---------------------------------------------------------------------------------------------
 
     def start(self) -> list[StateChange]:
-        """Find the first equilibrium of the simulation; return the events on the way to it. Raises KernelError if there
-        is none."""
+        """Find the first equilibrium; return the events on the way to it. Raises KernelError if there is none."""
         self.command.start()
         self._commanded()
         self._q = self.command.state[: self.command.program.nq].copy()
@@ -85,8 +86,7 @@ class EquilibriumPath:
         return self._fall("")
 
     def settle(self) -> list[StateChange]:
-        """Find the equilibrium after commands; return the events on the way to it. Raises KernelError if there is
-        none."""
+        """Find the equilibrium after commands; return the events on the way. Raises KernelError if there is none."""
         self._commanded()
         self._near.renew(self._q)
         q = self._near.corrected(self._near.place(self._q))
@@ -100,7 +100,8 @@ class EquilibriumPath:
         return []
 
     def run(self, until_ns: int) -> list[StateChange]:
-        """Follow the equilibrium path to `until_ns` or to the first event of a law in `heard`; return the events there.
+        """Follow the equilibrium path to the time `until_ns` or to the first event of a law in `heard`; return the
+        events there.
 
         Raises KernelError if the path ends earlier.
         """
@@ -300,8 +301,7 @@ class EquilibriumPath:
     # ---- stability ----------------------------------------------------------------------------------------
 
     def stiffness(self) -> float:
-        """Return the smallest eigenvalue of the tangent stiffness over the inertia at the present equilibrium
-        [1/s2]."""
+        """Return the smallest eigenvalue of tangent stiffness over inertia at the present equilibrium [1/s2]."""
         return self._near.stiffness(self._q)
 
     def modes(self) -> Modes:

@@ -77,8 +77,8 @@ class Poses:
         return dv
 
     def water(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return two derivatives at pose q (nq,): of the accelerations with respect to the m radiation states (n_free,
-        m), and of the rates of these states with respect to velocities and states (m, n_free + m)."""
+        """Linearise the m states z of wave radiation at pose q (nq,): return da/dz (n_free, m) of the accelerations a,
+        and dz'/d(v, z) (m, n_free + m)."""
         p, n = self.simulation.program, len(self.free)
         places = [*p.memory.values()]
         a, rates = np.zeros((n, len(places))), np.zeros((len(places), n + len(places)))
@@ -126,8 +126,7 @@ class Poses:
         return found.copy()
 
     def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:
-        """Factorise the matrix 1/h^2 - K for `solve`, with the stiffness K (n_free, n_free), restricted to the motions
-        spanned by `basis`."""
+        """Factorise the matrix 1/h^2 - K of Newton steps over the motions in `basis`; K (n_free, n_free): stiffness."""
         self._B = basis
         K = K if basis is None else basis.T @ K @ basis
         whole, n = self._eye.copy(), len(K)
@@ -136,7 +135,7 @@ class Poses:
         self._factorise()
 
     def solve(self, a: np.ndarray) -> np.ndarray:
-        """Return the step (n_free,) that the matrix factorised last gives for accelerations a (n_free,)."""
+        """Return the Newton step (n_free,) for accelerations a (n_free,), with the matrix factorised last."""
         x = self._found
         if self._B is None:
             self._given[:] = a
@@ -175,16 +174,14 @@ class Poses:
         return q
 
     def count_turns(self, q: np.ndarray) -> None:
-        """Update the counted turns of angles at pose q; since the last call, angles must have changed by less than half
-        a turn."""
+        """Update the counted full turns of angles at pose q, less than half a turn from the pose before."""
         s = self.simulation
         if n := len(s.program.angles):
             self._y[:] = self._state(q)
             self._accounts[-n:] = s.row().turned
 
     def basis(self, q: np.ndarray) -> np.ndarray | None:
-        """Return an orthonormal basis (n_free, n) of the motions that closed loops allow at pose q; None without
-        loops."""
+        """Return an orthonormal basis (n_free, n) of motions that closed loops allow at pose q; None without loops."""
         if not self._closed:
             return None
         p, allowed = self.simulation.program, []

@@ -73,8 +73,8 @@ def blocks(f: Function | EmittedParts) -> list[str]:
 
 
 def module(*functions: Function | EmittedParts, fused: bool = False) -> str:
-    """Return the LLVM IR text of functions and loops, with all functions that they call; `fused`: see
-    `StraightLineCode`."""
+    """Return the LLVM IR text of functions and loops, with all functions they call; `fused`: use fused
+    multiply-adds."""
     texts: list[str] = []
     seen: dict[str, Function | EmittedParts] = {}
 
@@ -127,8 +127,11 @@ _ANY = ctypes.c_char * 0
 
 
 class Library:
-    """Machine code of the LLVM IR that `ir()` returns; `ir` is called only if no code is cached for `structure`. `opt`:
-    LLVM optimisation level 0 to 3; `cpu`: LLVM name of the target processor, if it is not this one."""
+    """Machine code of LLVM IR, taken from the cache if code is cached under the key `structure`.
+
+    `ir`: returns the IR text, called only without cached code; `opt`: LLVM optimisation level 0 to 3; `cpu`: LLVM name
+    of the target processor, if it is not this one.
+    """
 
     def __init__(
         self,
@@ -179,7 +182,7 @@ class Library:
         return bytes(self._machine.emit_object(module))
 
     def number(self, name: str) -> float:
-        """Return a named constant stored in the machine code."""
+        """Read a named floating-point constant from the compiled machine code; return its value."""
         address = self._engine.get_global_value_address(name)
         return ctypes.c_double.from_address(address).value
 

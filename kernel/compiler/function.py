@@ -30,12 +30,12 @@ def symbols(block: str, n: int) -> np.ndarray:
 
 
 class Function:
-    """A function that is traced once and called many times: body(**blocks) -> {name: values, or (row, values) for a row
-    of a table}.
+    """A Python function on arrays of numbers that is traced once into native code and called many times.
 
-    On floats a call runs the body itself; while another function is being traced a call adds one call node, so the
-    machine code exists once. `vectors`: outputs that callers receive as one vector symbol. `rare`: called between steps
-    only, so a long function is compiled without optimisation.
+    body(**blocks) -> {name: values, or (row, values) for a row of a table}. On floats a call runs the body itself;
+    while another function is being traced a call adds one call node, so the machine code exists once. `vectors`:
+    outputs that callers receive as one vector symbol. `rare`: called between steps only, so a long function is compiled
+    without optimisation.
     """
 
     def __init__(
@@ -133,8 +133,7 @@ class Primitive(Function):
 
 
 def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
-    """Return the values to be written to a block, each with a flag: whether the block holds the value at this place
-    already."""
+    """Return the values to be written to a block, each with a flag: whether it already lies at its place there."""
     out, at = [], 0
     for x in values:
         out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))
@@ -156,8 +155,10 @@ Parts = TypeVar("Parts", bound=SimpleNamespace)
 
 
 class Layout:
-    """Memory layout of named numbers in a block; `sizes`: None for a scalar, n for n numbers; names in `vectors` are
-    unpacked as vector symbols."""
+    """Memory layout of a block: the positions of its named numbers.
+
+    `sizes`: None for a scalar, n for n numbers; names in `vectors` are unpacked as vector symbols.
+    """
 
     def __init__(self, sizes: Mapping[str, int | None], vectors: frozenset[str] = frozenset()) -> None:
         places: dict[str, Any] = {}

@@ -21,8 +21,8 @@ def blocks_of(f: Function) -> list[str]:
 
 
 def named_code(f: Function, lanes: int, shared: frozenset[str] = frozenset()) -> str:
-    """Return the name of the machine code for `lanes` calls at once in SIMD lanes (0: a single call); `shared`: blocks
-    that the calls have in common."""
+    """Return the name of the machine code that makes `lanes` calls at once in SIMD lanes (0: one call); `shared`:
+    blocks that the calls have in common."""
     return ".".join([f"{f.name}.x{lanes}", *sorted(shared)]) if lanes else f.name
 
 
@@ -109,15 +109,14 @@ class StraightLineCode:
                     self.value(x)
 
     def value(self, x: Any, lanes: int = 0) -> str:
-        """Return the IR name of a value; numbers of blocks are loaded on first use."""
+        """Return the IR name of a traced value; a number stored in a memory block is loaded on first use."""
         if is_sym(x) and x.op in _LOADED and x not in self.loaded and not is_long(x):
             self.loaded.add(x)
             self.fetch(x)
         return reference(x, lanes)
 
     def pieces(self, x: Any) -> list[tuple[str, int, int]]:
-        """Return the registers that hold the parts of value x, each by name suffix, first index and number of lanes (0:
-        a scalar)."""
+        """Return the SIMD registers of value x: name suffix, first index and number of lanes (0: a scalar) of each."""
         return _cut(x.width) if is_sym(x) and x.width else [("", 0, self.lanes)]
 
     def load(self, n: Sym, base: str, index: int) -> None:
@@ -128,7 +127,7 @@ class StraightLineCode:
             ]
 
     def store(self, values: list[tuple[Any, bool]], base: str, tag: str) -> None:
-        """Emit the stores of consecutive values to a block, except values that are already in place."""
+        """Emit the stores of consecutive values to a memory block, except values that the block holds already."""
         i = 0
         for x, kept in values:
             if is_long(x) and not kept:
@@ -234,8 +233,10 @@ class StraightLineCode:
         return f"{_ARITHMETIC[n.op]}{self.flags} {d} {x[0]}, {x[1]}"
 
     def binary_exponent(self, n: Sym, x: str, lanes: int) -> str:
-        """Emit the extraction of the binary exponent of a double as a number, or the construction of a double with a
-        given exponent (bits 52 to 62, biased by 1023)."""
+        """Emit code that returns the binary exponent of a double, or a double with a given binary exponent.
+
+        Bits 52 to 62, biased by 1023.
+        """
         b, d, i = f"%b{n.id}", vector_type(lanes), vector_type(lanes, "i64")
         bias, shift = (f"<{', '.join([f'i64 {k}'] * lanes)}>" if lanes else str(k) for k in (1023, 52))
         if n.op == "exponent":

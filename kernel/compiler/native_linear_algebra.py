@@ -20,8 +20,7 @@ Number = list[str]  # registers of the real and, if there is one, the imaginary 
 
 @dataclass(frozen=True)
 class FactorLayout:
-    """Layout in a block, from `start`, of the factors of an (n, n) matrix: planes of the matrix, row exchanges,
-    reciprocals of the pivots."""
+    """Memory layout of the LU factors of a real or complex matrix (n, n) in a block, from index `start`."""
 
     n: int
     planes: int  # 1 real, 2 complex
@@ -84,8 +83,8 @@ class FactorLayout:
                 _less(c, other, [c.load(c.at(p, k)) for p in other], factors, first, stride)
 
     def solve(self, c: LoopEmitter, x: list[str]) -> None:
-        """Emit the loops that replace x (`stride` long, with zeros after its first n numbers) by the solution, with the
-        factors in block M."""
+        """Emit the loops that overwrite b with the solution x of A x = b, from the factors of A in block M; x is
+        `stride` long, with zeros after its first n numbers."""
         n, stride = self.n, self.stride
         planes = [c.at("%M", p) for p in self.matrix]
         with c.loop(0, n) as k:
@@ -144,8 +143,10 @@ class FactorLayout:
 
 
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
-    """Return the native function that computes A^-1 b for the first n of `ny` components of b, and `tail` times b for
-    the remaining ones; outputs: real part `re` and imaginary part `im`."""
+    """Return the native function that solves A x = b with stored LU factors of A, for the first n components of b.
+
+    The remaining of the `ny` components are multiplied by `tail`. Outputs: real part `re`, imaginary part `im`.
+    """
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride
     inputs: dict[str, int] = {"M": OPAQUE, **{f"b_{p}": ny for p in parts}, "tail": factors.planes}

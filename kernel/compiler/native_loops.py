@@ -48,7 +48,7 @@ class LoopEmitter:
         return self.let(f"{operation} i64 {a}, {b}")
 
     def at(self, pointer: str, *index: int | str) -> str:
-        """Emit the address of the double whose index is the sum of the given indices; return its register."""
+        """Emit the address of one double in a block, at the sum of the given indices; return its register."""
         for i in index:
             pointer = self.let(f"getelementptr double, ptr {pointer}, i64 {i}")
         return pointer
@@ -69,8 +69,7 @@ class LoopEmitter:
         return self.let(f"shufflevector {VECTOR} {one}, {VECTOR} poison, <{WIDEST} x i32> zeroinitializer")
 
     def lanes(self, comparison: str, i: str, k: int | str) -> str:
-        """Emit a comparison of the indices i, i + 1, ... of all lanes with k; return the mask of the lanes for which it
-        is true."""
+        """Emit a comparison of the lanes' indices i, i + 1, ... with k; return the mask of lanes where it is true."""
         both = []
         for x in (i, k):
             one = self.let(f"insertelement {_INDICES} poison, i64 {x}, i64 0")
@@ -85,8 +84,7 @@ class LoopEmitter:
 
     @contextmanager
     def loop(self, start: int | str, stop: int | str, step: int = 1) -> Iterator[str]:
-        """Emit the loop `for i in range(start, stop, step)` around the code emitted inside the context; yield the
-        register of i."""
+        """Emit the loop `for i in range(start, stop, step)` around code emitted in the context; yield i's register."""
         counter, name = self.reserve("i64"), f"l{self._n}"
         i, stays = f"%{name}i", "slt" if step > 0 else "sgt"
         self._body += [

@@ -23,8 +23,8 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 @dataclass(frozen=True)
 class SimdBatch:
-    """Calls of one traced function, one per SIMD lane; if there are fewer calls than `width`, the last call fills the
-    remaining lanes. `shared`: input blocks that all calls have in common."""
+    """Calls of one traced function that run at once, one per SIMD lane; the last call also fills the remaining lanes.
+    `shared`: input blocks that all calls have in common."""
 
     calls: tuple[Sym, ...]
     width: int
@@ -133,8 +133,8 @@ def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym |
 
 
 class OperandCode(Protocol):
-    """Interface of code being emitted that operands of SIMD batches need. `lane`: batch and lane of each batched call;
-    `value`: returns the IR name of a number, which is loaded on first use."""
+    """Interface of a code emitter that operands of SIMD batches need. `value`: returns the IR name of a number, which
+    is loaded on first use."""
 
     body: list[str]
     lane: dict[Sym, tuple[SimdBatch, int]]

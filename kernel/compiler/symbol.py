@@ -35,7 +35,7 @@ def _is_array(x: Any) -> bool:
 
 
 class ExpressionGraph:
-    """The operations recorded from one traced function. If `opaque`, named quantities become symbols of the printed
+    """The operations recorded from one traced function; if `opaque`, named quantities are symbols of printed
     equations."""
 
     def __init__(self, opaque: bool = False) -> None:

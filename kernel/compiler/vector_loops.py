@@ -23,7 +23,7 @@ def is_long(x: Any) -> bool:
 
 
 class VectorEmitter(Protocol):
-    """Interface of code being emitted that `Wide` needs; `head` and `body`: its lines of LLVM IR."""
+    """Interface of a code emitter that `Wide` needs; `head` and `body`: the lines of LLVM IR emitted so far."""
 
     head: list[str]
     body: list[str]
@@ -64,7 +64,7 @@ class Wide:
                     self._kept.add(x)
 
     def later(self, n: Sym) -> bool:
-        """Add operation n to the next loop if n is computed in loops; return whether it was added."""
+        """Postpone operation n on long vectors to the next loop; return False if n is not computed in loops."""
         if n in self._group:
             self._pending.append(n)
             return True
@@ -81,7 +81,7 @@ class Wide:
         return f"%m{x.id}", 0
 
     def flush(self) -> None:
-        """Emit one loop for all operations that were added since the last loop."""
+        """Emit one loop for all operations that `later` has postponed since the last loop."""
         nodes, self._pending = self._pending, []
         for n in nodes:
             if n in self._kept:

@@ -28,12 +28,11 @@ from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 
 class Blockwise(Proximal):
-    """Factorisation of a symmetric Delassus matrix with one sparsity pattern of blocks: traced functions `factorise`
-    (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x).
+    """Factorisation of a symmetric Delassus matrix with one sparsity pattern of blocks.
 
-    `sizes`: rows of each block; `couples`: pairs (s, r), s <= r, of blocks that share a degree of freedom; `equal`:
-    groups of rows with the same unit, such as rope tensions, which are regularised alike; other rows are regularised by
-    their own diagonals.
+    Traced functions `factorise` (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x). `sizes`: rows of each
+    block; `couples`: pairs (s, r), s <= r, of blocks that share a degree of freedom; `equal`: groups of rows with the
+    same unit, such as rope tensions, which are regularised alike; other rows are regularised by their own diagonals.
     """
 
     def __init__(
@@ -116,10 +115,10 @@ class Blockwise(Proximal):
 
 
 class Unsymmetric(Proximal):
-    """Factorisation of a Delassus matrix whose rows exert other wrenches than the transposed Jacobian: traced functions
-    `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x).
+    """Factorisation of a Delassus matrix whose rows exert other wrenches than the transposed Jacobian, as in friction.
 
-    `couples`: pairs (r, s), r > s, of rows that share a degree of freedom; entries stand for (r, s) and (s, r).
+    Traced functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x). `couples`:
+    pairs (r, s), r > s, of rows that share a degree of freedom; entries stand for (r, s) and (s, r).
     """
 
     def __init__(self, n: int, couples: Sequence[tuple[int, int]]) -> None:
@@ -186,7 +185,7 @@ class OpenTree:
 
 
 def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...]) -> OpenTree:
-    """Return the traced functions of the k-th kind of tree with constraint rows on the bodies `ends`; `inputs`: sizes
+    """Return the traced functions of the k-th kind of tree, on whose bodies `ends` constraint rows act; `inputs`: sizes
     of the arguments of its accelerations."""
     n, free, fixed = tree.v.stop - tree.v.start, tree.free_dofs, tree.prescribed_dofs
     below = [(i, j) for i, path in enumerate(tree.free_paths) if i in free for j in path]

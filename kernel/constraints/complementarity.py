@@ -28,7 +28,7 @@ ROUNDS = 60.0  # per row and solve; Murty's worst case is exponential, but is ne
 
 
 def start_of(n: int, side: Array) -> SimpleNamespace:
-    """Return the loop variables of the pivoting before its first round; `side` (n,): initial active set."""
+    """Return the loop variables at the start of the pivoting; `side` (n,): initial active set."""
     return SimpleNamespace(
         side=side, x=np.zeros(n), w=np.zeros(n), fewest=n + 1.0, patience=PATIENCE, budget=ROUNDS * n, run=1.0
     )
@@ -109,8 +109,7 @@ _VECTORS = ("side", "x", "w", "b", "lo", "hi")
 def pivot(
     s: SimpleNamespace, A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, small: tuple[float, float]
 ) -> None:
-    """Run rounds of pivoting from the loop variables s until no row changes sides or the budget is spent; the result is
-    in s."""
+    """Run rounds of pivoting from loop variables s, into s, until no row changes sides or the budget is spent."""
     n = len(b)
     size = next((k for k in SIZES if n <= k), 0)
     if not size:
@@ -173,11 +172,11 @@ def solve(
     side: np.ndarray | None = None,
     prior: np.ndarray | None = None,
 ) -> Solution:
-    """Solve the linear complementarity problem with bounds. A: (n, n), possibly unsymmetric or singular; `side` (n,):
-    initial active set (default: at the bound nearest to zero, or free without bounds).
+    """Solve the linear complementarity problem with bounds for a matrix A (n, n), possibly unsymmetric or singular.
 
-    Singular problems are solved by proximal passes; of all solutions they find the one whose redundant rows share the
-    load equally, or the one nearest to `prior` (n,).
+    `side` (n,): initial active set (default: at the bound nearest to zero, or free without bounds). Singular problems
+    are solved by proximal passes; of all solutions they find the one whose redundant rows share the load equally, or
+    the one nearest to `prior` (n,).
     """
     n = len(b)
     if not n:

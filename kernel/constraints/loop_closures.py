@@ -30,10 +30,10 @@ RATES = 1e-9  # singular value of the velocity columns of a joint below which tw
 
 @dataclass(frozen=True)
 class JointClosure:
-    """A loop joint with its sides A and B in world axes: directions a, b (rows: axis, second, third), their rates, and
-    d = p_B - p_A."""
+    """A joint that closes a loop: directions of its sides A and B with their rates, and d = p_B - p_A, in world
+    axes."""
 
-    a: Array
+    a: Array  # rows: axis, second, third
     b: Array
     da: Array
     db: Array
@@ -43,12 +43,11 @@ class JointClosure:
 
 @dataclass(frozen=True)
 class Condition:
-    """A constraint residual g of a loop joint, with its generalised force (force f at the joint's point on B and moment
-    n on B; opposite on A), and the rates of both."""
+    """A condition g = 0 of a loop joint: its residual g and generalised force, and the rates of both."""
 
     g: Scalar
-    f: Array
-    n: Array
+    f: Array  # force at the joint's point on B; opposite on A
+    n: Array  # moment on B; opposite on A
     df: Array
     dn: Array
 
@@ -119,8 +118,7 @@ def closure_numbers(joint: Joint) -> list[float]:
 
 
 def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """Return the coordinates (n_q,) of a loop joint from the poses of its sides A and B, with angles near `q0`; only
-    messages use them."""
+    """Return the coordinates (n_q,) of a loop joint, for messages, from the poses of its sides; angles near `q0`."""
     a, b, _, _, d, _ = vars(_pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]).values()
     along = [float(x @ d) for x in a]
     M = np.array([[float(x @ y) for y in b] for x in a])  # (3, 3) the child's directions in the parent's
@@ -151,8 +149,7 @@ def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
 
 
 def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """Return the velocities (n_v,) of a loop joint from poses and twists of its sides A and B; only messages use
-    them."""
+    """Return the velocities (n_v,) of a loop joint, for messages, from the poses and twists of its sides A and B."""
     R_A, R_B = (np.reshape(exact(e[:9]), (3, 3)) for e in (A, B))
     _, (x_a, _), (V_A, V_B), v = _pair(exact(closure_numbers(joint)), exact(A), exact(B))
     # velocity of the point on B relative to A at the same place, free of the common motion
@@ -188,8 +185,10 @@ def _perpendicular(axis: np.ndarray) -> np.ndarray:
 
 
 def closure_function(kind: str) -> Function:
-    """Return the traced function for the constraint rows of a loop joint of one type: `gap`, `rate`, `bias` (n,), and
-    wrenches `wa`, `wb` (6 n,) about the reference points of the trees of A and B."""
+    """Return the traced function that computes the constraint rows of a loop joint of one type.
+
+    `gap`, `rate`, `bias` (n,), and wrenches `wa`, `wb` (6 n,) about the reference points of the trees of A and B.
+    """
 
     def body(p: Array, A: Array, B: Array) -> Outputs:
         pair, (x_a, x_b), (V_A, V_B), v = _pair(p, A, B)

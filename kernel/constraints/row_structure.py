@@ -110,8 +110,7 @@ class Constraints:
         return len(self.held)
 
     def link(self, instances: Sequence[tuple[Tree, Any]]) -> None:
-        """Connect constraint rows with trees and their functions: determine on which trees a row acts and which rows
-        couple."""
+        """Determine on which trees each constraint row acts and which rows couple, and store the functions for it."""
         self.instance = {
             tree.first + b: (i, b) for i, (tree, _) in enumerate(instances) for b in range(len(tree.bodies))
         }

@@ -61,7 +61,7 @@ class ConstraintRows:
 
     @property
     def movable(self) -> np.ndarray:
-        """Return for each constraint row (n,) whether a force on it can cause any motion beyond round-off; on floats
+        """Return for each constraint row (n,) whether a force on it causes any motion beyond round-off; on floats
         only."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
@@ -75,7 +75,7 @@ class ConstraintRows:
         return self._instances[i][0].free_dofs
 
     def held(self, values: list[Scalar]) -> list[Scalar]:
-        """Return the given values (n,) with 0 in place of those of inactive constraint rows."""
+        """Return values (n,) of the constraint rows with 0 in place of those of inactive rows."""
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
     def _masked(self, r: int, s: int, a: Scalar) -> Any:
@@ -101,8 +101,7 @@ class ConstraintRows:
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
     def entries(self) -> list[Scalar]:
-        """Return the entries (n * n,) of the Delassus matrix of active constraint rows, row by row; for scenes with
-        contacts."""
+        """Return the Delassus matrix of active constraint rows, row by row (n * n,), for scenes with contacts."""
         d = self.constraints.delassus
         assert isinstance(d, Unsymmetric), "asked for with contacts only"
         A = dict(zip(d.entries, self._entries, strict=True))
@@ -164,8 +163,7 @@ class ConstraintRows:
         return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b, **more).x
 
     def approach(self) -> list[Scalar]:
-        """Return the second derivatives (n,) of the constraint residuals under the applied forces, without constraint
-        forces."""
+        """Return the accelerations (n,) of the constraint residuals under applied forces, without constraint forces."""
         out = []
         for row, Z in zip(self.rows, self._Z, strict=True):
             a = row.bias
@@ -180,8 +178,7 @@ class ConstraintRows:
         return out
 
     def accelerate(self) -> None:
-        """Compute the constraint forces (multipliers) that keep the active residuals from accelerating under the
-        applied forces."""
+        """Compute the constraint forces (multipliers) that keep the accelerations of active residuals at zero."""
         self.free = self.approach()
         self.multipliers = self.solve(self.held([-a for a in self.free]), [row.prior for row in self.rows])
 
@@ -206,8 +203,7 @@ class ConstraintRows:
         return out
 
     def guards(self) -> dict[str, Scalar]:
-        """Return the guards (event functions) of rigid ropes by name: the tension of a taut rope [N], the slack of a
-        slack one [m]."""
+        """Return the guards of rigid ropes by name: the tension of a taut rope [N], the slack of a slack one [m]."""
         out = {}
         for r, row in zip(self.constraints.ropes, self._rope_rows, strict=True):
             hooked = self._numbers("rigid", r.name)[RigidAt.HOOKED]
@@ -221,8 +217,7 @@ class ConstraintRows:
         return [(b, x * w) for x, row in pairs for b, w in row.push or row.wrenches]
 
     def motion(self, i: int) -> SimpleNamespace:
-        """Return dq/dt, dv/dt and the reactions of prescribed joints of tree i under applied forces and constraint
-        forces."""
+        """Return dq/dt, dv/dt and the reactions of prescribed joints of tree i under all forces."""
         tree, x = self._instances[i][0], self._trees[i]
         half = dict(zip(tree.free_dofs, x.half, strict=True))
         given = dict(zip(tree.prescribed_dofs, x.given, strict=True))
@@ -244,8 +239,7 @@ class ConstraintRows:
                         values[k] = values[k] + multiplier * y
 
     def change(self, x: Scalars) -> Mapping[int, Array]:
-        """Return, by tree, the velocity changes (n_v,) that impulses x on the constraint rows cause; prescribed
-        velocities do not change."""
+        """Return each tree's velocity changes (n_v,) under impulses x on the constraint rows; prescribed ones are 0."""
         out = {}
         for i in self.constraints.linked:
             tree = self._instances[i][0]

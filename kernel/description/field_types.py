@@ -25,8 +25,11 @@ SHOWN = 60  # characters of a wrong value in a sentence
 
 
 def plain(system: System, known: Callable[[object], object | None]) -> System:
-    """Return a description with all arrays as tuples and all numbers as Python numbers; raises KernelError for the
-    first invalid field. `known` returns the plain form of an item that was converted before, else None."""
+    """Return a description with arrays as tuples and numbers as Python numbers; raises KernelError for an invalid
+    field.
+
+    `known`: returns the plain form of an item that was converted before, else None.
+    """
     if not isinstance(system, System):
         raise KernelError(f"the description is {_shown(system)}; it must be a System")
     groups: dict[str, Any] = {}
@@ -48,13 +51,13 @@ def plain(system: System, known: Callable[[object], object | None]) -> System:
 
 
 def item_word(x: object) -> str:
-    """Return the word that messages use for an item, such as "joint" or "rope"."""
+    """Return the word for the type of a described item in messages, such as "joint" or "rope"."""
     kind = type(x).__name__
     return "spring" if kind == "JointSpring" else kind.lower()
 
 
 def choice(choices: tuple[str | int, ...]) -> str:
-    """Return alternatives as a phrase for messages: "a, b or c"."""
+    """Join alternatives to a phrase for messages: "a, b or c"."""
     return f"{', '.join(map(str, choices[:-1]))} or {choices[-1]}"
 
 

@@ -29,11 +29,11 @@ UNITS = (1, 10, 100, 1000)  # in a second, by the digits behind it
 
 
 class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """A row of the list of checks: quantity, subject, worst value and limit [unit], error of the value [unit] (None:
-    unknown), state; `why`: the reason for amber, or the kind of finding if no limit is involved.
+    """A row of the list of checks: quantity, subject, worst value and limit [unit], error of the value, state.
 
-    `shown`, `allowed`: value and limit as text for people; `basis`: source of the limit; `sentence`: what was found, or
-    what must be stated for the row to turn green.
+    Error None: unknown; `why`: the reason for amber, or the kind of finding if no limit is involved. `shown`,
+    `allowed`: value and limit as text for people; `basis`: source of the limit; `sentence`: what was found, or what
+    must be stated for the row to turn green.
     """
 
     quantity: str
@@ -65,7 +65,7 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def load(self) -> bool:
-        """Whether the checked value is a load, moment or pressure, which can govern a lift, and not a place, angle or
+        """Whether the checked value is a load, moment or pressure, which can govern a lift, and not a position or
         speed."""
         return self.unit in LOADS or self.quantity in ("rope factor", "uplift")
 

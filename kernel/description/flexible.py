@@ -67,7 +67,7 @@ class Modal:
 
 @dataclass(frozen=True)
 class Gauge:
-    """A point of a flexible body in its frame [m] whose displacement is sampled."""
+    """A measuring point of a flexible body, in its frame [m], whose displacement is sampled."""
 
     name: str
     p: Vector

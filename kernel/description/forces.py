@@ -22,8 +22,10 @@ Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
 
 
 class Wave(Struct, frozen=True):
-    """A harmonic r amplitude cos(frequency t + phase) of the run's time t, with a smooth start: r = u^3 (10 - 15 u + 6
-    u^2) with u = min(t / ramp, 1). It is zero when equilibria are computed."""
+    """A harmonic function of the run's time t with a smooth start: r amplitude cos(frequency t + phase).
+
+    r = u^3 (10 - 15 u + 6 u^2) with u = min(t / ramp, 1). It is zero when equilibria are computed.
+    """
 
     amplitude: float
     frequency: float  # [rad/s]
@@ -32,12 +34,12 @@ class Wave(Struct, frozen=True):
 
 
 class WaveSum(Struct, frozen=True):
-    """An irregular signal: r times the sum over k of cosines_k cos(w_k t) + sines_k sin(w_k t), with the run's time t
-    and the factor r of a `Wave`; zero when equilibria are computed.
+    """An irregular signal of the run's time t: r times the sum over k of cosines_k cos(w_k t) + sines_k sin(w_k t).
 
-    It is represented by cubic Hermite pieces of `piece` seconds, with an error of (w_k piece)^4 / 384 of the amplitude
-    of harmonic k. With a second sum `by`, the signal is their product without the sums of frequencies, and r^2: the
-    real part of A conj(B), where A and B are the analytic signals of both.
+    Factor r as in `Wave`; zero when equilibria are computed. It is represented by cubic Hermite pieces of `piece`
+    seconds, with an error of (w_k piece)^4 / 384 of the amplitude of harmonic k. With a second sum `by`, the signal is
+    their product without the sums of frequencies, and r^2: the real part of A conj(B), where A and B are the analytic
+    signals of both.
     """
 
     frequencies: tuple[float, ...]  # w_k [rad/s]
@@ -87,15 +89,13 @@ class Element(Struct, frozen=True):
 
     @property
     def along(self) -> tuple[str, str] | None:
-        """The joint along which the force element acts, and the coordinate ("" if there is only one); None if it acts
-        at points."""
+        """The joint and coordinate along which the force element acts ("" if only one); None if it acts at points."""
         joint = getattr(self, "joint", "")
         return (joint, getattr(self, "coordinate", "")) if joint else None
 
 
 class Load(Element, frozen=True, tag=True):
-    """A force and a moment at a point of a body, fixed in world or body axes, multiplied by a factor or a time
-    history."""
+    """A force and a moment at a point of a body, fixed in world or body axes, times a factor or a time history."""
 
     name: str
     at: Point
@@ -123,12 +123,12 @@ class Wind(Element, frozen=True, tag=True):
 
 
 class Stream(Element, frozen=True, tag=True):
-    """Force of a wind or current w on a body by coefficients (C_x, C_y, C_z) of its direction beta in the body's x-y
-    plane, 0 where it flows from astern to the bow: 1/2 density u^2 area (C_x, C_y), and the moment 1/2 density u^2 area
-    length C_z; u = w - v at a point that moves with velocity v.
+    """Force and yaw moment of a wind or current w on a body, by coefficients that depend on its direction.
 
-    w = signal [m/s] along `direction` (a unit vector in world axes). The coefficients are those of beta from 0 to pi in
-    equal steps, alike on both sides; in between they are a trigonometric polynomial.
+    Coefficients (C_x, C_y, C_z) of its direction beta in the body's x-y plane, 0 where it flows from astern to the bow:
+    1/2 density u^2 area (C_x, C_y), and the moment 1/2 density u^2 area length C_z; u = w - v at a point that moves
+    with velocity v. w = signal [m/s] along `direction` (a unit vector in world axes). The coefficients are those of
+    beta from 0 to pi in equal steps, alike on both sides; in between they are a trigonometric polynomial.
     """
 
     name: str

@@ -54,9 +54,11 @@ AnyRope = Rope | RigidRope | RopeForce
 
 @dataclass(frozen=True)
 class SharedWater:
-    """Added mass of water between a body and its neighbour `beside`: maps the twist of the neighbour, in the
-    neighbour's axes, to the momentum of the water about this body's origin in this body's axes, linear before
-    angular."""
+    """Added mass of water between a body and its neighbour `beside`.
+
+    Maps the twist of the neighbour, in the neighbour's axes, to the momentum of the water about this body's origin in
+    this body's axes, linear before angular.
+    """
 
     beside: str
     added: Matrix6  # [kg, kg m, kg m2]
@@ -168,7 +170,7 @@ class System:
 
     @property
     def outside(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """The bodies and the joints that this system refers to but does not declare, in order of appearance."""
+        """The names of bodies and joints to which this system refers without declaring them, in order of appearance."""
         points = [p.body for law in (*self.laws, *self.rigid_ropes) for p in law.points]
         shapes = [shape.body for contact in self.contacts for shape in (contact.a, contact.b)]
         bodies = [body for j in self.joints for body in (j.parent, j.child)] + points + shapes
@@ -197,8 +199,7 @@ class System:
 
     @property
     def all_ropes(self) -> tuple[AnyRope, ...]:
-        """All ropes: elastic and rigid ropes over straight lines, ropes over sheaves, mooring lines, then tugger
-        lines."""
+        """All ropes: elastic and rigid ropes over straight lines, ropes over sheaves, mooring and tugger lines."""
         return *self.straight_ropes, *self.reevings, *self.mooring_lines, *self.tugger_lines
 
     @property
@@ -220,8 +221,7 @@ def merge(parts: Iterable[System], gravity: float) -> System:
 
 
 def assembled(declared: list[System], gravity: float) -> System:
-    """Return the system of a run, joined from the declarations of all nodes (processes), with elements sorted by
-    name."""
+    """Return the system of a run, joined from the declarations of all processes, with elements sorted by name."""
     whole = merge(declared, gravity)
     named = {g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in GROUPS}
     return System(**named, gravity=gravity)
@@ -233,8 +233,8 @@ PITCH = None
 
 @dataclass(frozen=True)
 class JointMotion:
-    """An elementary motion of a joint: a turn about, or a slide along, one of its axes by `factor` times a coordinate;
-    factor None stands for the joint's pitch."""
+    """An elementary motion of a joint: a turn about, or a slide along, one of its axes by `factor` (None: the joint's
+    pitch) times a coordinate."""
 
     turns: bool
     axis: int
@@ -279,8 +279,7 @@ class JointType:
 
     @property
     def actable(self) -> tuple[str, ...]:
-        """Coordinates of the joint on which springs, stops, brakes or drives can act: those whose rate is a
-        velocity."""
+        """The joint's coordinates on which springs, stops, brakes or drives can act: those whose rate is a velocity."""
         return tuple(self.coordinates) if self.quaternion is None else ()
 
     @property

@@ -52,8 +52,7 @@ Direction = Annotated[tuple[float, float, float], Unit("direction")]  # of lengt
 
 
 def wrong_sign(x: Any) -> tuple[str, str]:
-    """Return the first field of an item with a wrong sign and a description of the error; two empty strings if there is
-    none."""
+    """Return the first field of an item that has a wrong sign, with a description of the error; otherwise "", ""."""
     for field, least in _signs(x.__class__):
         value = getattr(x, field)
         low = min(value) if isinstance(value, tuple) else value
@@ -92,8 +91,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Line:
-    """A straight part of a rope between two points; `share`: the factor by which its length counts in the length of the
-    rope."""
+    """A straight part of a rope between two points; `share`: factor of its length in the length of the rope."""
 
     a: Point
     b: Point
@@ -105,8 +103,10 @@ Key = tuple[tuple[str | tuple[int, str], ...], str]
 
 @lru_cache(maxsize=4096)
 def natural(name: str) -> Key:
-    """Return the natural sort key of a name: its text and number parts in turn; names with equal numbers, such as "1"
-    and "01", are then ordered by their characters."""
+    """Return the natural sort key of a name: its text and number parts in turn.
+
+    Names with equal numbers, such as "1" and "01", are then ordered by their characters.
+    """
     parts = re.split(r"([0-9]+)", name)
     numbers = (part.lstrip("0") for part in parts)  # in order of their lengths: no name is too long for that
     return tuple((len(x), x) if i % 2 else parts[i] for i, x in enumerate(numbers)), name

@@ -26,13 +26,12 @@ class Formula(NamedTuple):
 
 
 def plain(s: str) -> Formula:
-    """Return a formula that reads the same in both notations."""
+    """Return a formula whose plain text is also its LaTeX."""
     return Formula(s, s)
 
 
 def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool = True) -> Formula:
-    """Return a symbol with index and mark as a formula: sym("F", 3, "c") is Fc3, F with superscript c and subscript
-    3."""
+    """Return a symbol with index and superscript as a formula: sym("F", 3, "c") is Fc3."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold and base not in _GREEK else letter)
     above = rf"^{{{mark}}}" if mark else ""
@@ -41,7 +40,7 @@ def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool
 
 
 def law(base: str, name: str, bold: bool = False, dots: int = 0) -> Formula:
-    """Return the symbol of a quantity of a force law or point as a formula, such as T(H1)."""
+    """Return the symbol of a quantity of a named force law or point as a formula, such as T(H1)."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold else letter)
     return Formula(f"{base}({name}){_DOTS[dots][0]}", rf"{core}_{{\text{{{escaped(name)}}}}}")
@@ -100,8 +99,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class DocumentSection:
-    """A section of the printed equations: title, sentences, table rows (header first), matrix, equations under
-    headings."""
+    """A section of the printed equations: title, sentences, table rows (header first), matrix, titled equations."""
 
     title: str
     sentences: tuple[str, ...] = ()

@@ -28,13 +28,12 @@ THIRD = 1.0 / 3.0
 
 
 class EndForces(NamedTuple):
-    """Forces at the fairlead of a catenary line, relative to its weight: horizontal and vertical; `turn`: difference of
-    asinh(V / H) between the ends of the part that hangs; `missed`: error of the length before the last iteration."""
+    """Horizontal force H and vertical force V at the fairlead of a catenary line, divided by its weight."""
 
     H: Scalar
     V: Scalar
-    turn: Scalar
-    missed: Scalar
+    turn: Scalar  # difference of asinh(V / H) between the ends of the part that hangs
+    missed: Scalar  # error of the length before the last iteration
 
 
 def hanging(x: Scalar, z: Scalar, k: Scalar) -> EndForces:

@@ -39,22 +39,22 @@ class SampledQuantity(NamedTuple):
 
 @dataclass(frozen=True)
 class Setting:
-    """Properties of a scene on which a force law may depend. `clamped`: beyond an event, in the part of a step that is
-    discarded, one-sided laws stay one-sided; `at_rest`: only equilibria are sought; `calm`: names of ropes without
-    events."""
+    """Properties of a scene and a simulation on which a force law may depend."""
 
     graph: Graph
     poses: Poses
     gravity: float  # [m/s2]
-    clamped: bool
-    at_rest: bool
-    calm: frozenset[str]
+    clamped: bool  # one-sided laws stay one-sided beyond an event, in the part of a step that is discarded
+    at_rest: bool  # only equilibria are sought
+    calm: frozenset[str]  # names of ropes without events
 
 
 @dataclass(frozen=True)
 class LawOutput:
-    """Output of a force law at one instant; over all laws, kinetic + potential + stored energy - work + heat stays
-    constant."""
+    """Output of a force law at one instant: wrenches, effort, energies, guards and sampled values.
+
+    Over all laws, kinetic + potential + stored energy - work + heat stays constant.
+    """
 
     wrenches: list[Array] = field(default_factory=list)  # (6,) on each end's body about its tree's point
     effort: Scalar = 0.0  # along its joint [N or N m]
@@ -68,14 +68,12 @@ class LawOutput:
 
 
 class ForceLaw(ABC, Generic[F]):
-    """Base class of the force laws, one for each kind of force. `kind`: key of its numbers in the parameter block P;
-    `works`: it does external work; `timed`: it depends on time; `initial`: its guards set the discrete states of the
-    initial pose without events."""
+    """Base class of the force laws, one for each kind of force."""
 
-    kind = "force"
-    works = False
-    timed = False
-    initial = True
+    kind = "force"  # key of its numbers in the parameter block P
+    works = False  # whether it does external work
+    timed = False  # whether it depends on time
+    initial = True  # whether its guards set the discrete states of the initial pose without events
 
     def check(self, f: F) -> None:
         """Raise KernelError if the description of force f is invalid."""
@@ -91,7 +89,7 @@ class ForceLaw(ABC, Generic[F]):
         return signal
 
     def shape(self, f: F) -> Hashable:
-        """Return all properties of f on which the law's code branches; forces of equal shape share code."""
+        """Return all properties of force f on which the code of the law branches; forces of equal shape share code."""
         return None
 
     @abstractmethod
@@ -100,20 +98,18 @@ class ForceLaw(ABC, Generic[F]):
 
     @abstractmethod
     def answer(self, f: F, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
-        """Return the output of the force law (wrenches, heat, guards) at one instant.
+        """Return the output of the force law at one instant: wrenches, heat, guards.
 
         `p`: its numbers; `ends`: the bodies (21,) at its ends (see `attachment`); `signal`: value and rate; `joint`: q
         and v; `t`: time [s] if the law is timed. Only those properties of f may be used that `shape` includes.
         """
 
     def angles(self, f: F) -> int:
-        """Return the number of angles of the force law whose full turns are counted; `answer` receives their integrals
-        as `counted`."""
+        """Return how many angles of the law are counted over full turns; `answer` receives them as `counted`."""
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
-        """Return the two bodies between which the angles of the law are measured and their world axis, if turns made
-        before the start count; otherwise None."""
+        """Return the two bodies and world axis of the law's angles if full turns before the start count; else None."""
         raise KernelError(
             f"{type(f).__name__.lower()} '{f.name}': its law counts angles but has no method 'turns'; define one"
         )
@@ -123,8 +119,11 @@ class ForceLaw(ABC, Generic[F]):
         return ()
 
     def switch(self, f: F, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
-        """Change discrete states in the parameters p after a guard has become negative; return the event and a value.
-        Coordinates and velocities do not change; released elastic energy becomes heat of the law."""
+        """Change the law's discrete states in the parameters p after a guard became negative; return the event and a
+        value.
+
+        Coordinates and velocities do not change; released elastic energy becomes heat of the law.
+        """
         raise KernelError(
             f"{type(f).__name__.lower()} '{f.name}': its law has guards but no method 'switch'; define one"
         )
@@ -134,7 +133,7 @@ class ForceLaw(ABC, Generic[F]):
         return []
 
     def demand(self, f: F, field_: str, good: bool, message: str) -> None:
-        """Raise KernelError about a field of force f if `good` is false."""
+        """Raise KernelError with a message about a field of force f unless the condition `good` is true."""
         if not good:
             raise KernelError(f"{item_word(f)} '{f.name}': {field_} {message}")
 

@@ -34,8 +34,11 @@ class FrictionForce(NamedTuple):
 
 
 def one_sided(force: Scalar, clamped: bool) -> Scalar:
-    """Return max(0, force) if `clamped`, otherwise the force itself: a step beyond an event then sees a smooth law and
-    is cut at the event. With clamping, the kink disturbs the dense output before the event."""
+    """Return the force of a one-sided law: max(0, force) if `clamped`, otherwise the force itself.
+
+    Unclamped, a step beyond an event sees a smooth law and is cut at the event. With clamping, the kink disturbs the
+    dense output before the event.
+    """
     return maximum(force, 0.0) if clamped else force
 
 

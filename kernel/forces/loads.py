@@ -82,8 +82,10 @@ Curve = TypeVar("Curve", Characteristic, Immersion)
 
 
 class PiecewiseLaw(ForceLaw[Curve]):
-    """Force law of an effort f(x) that is piecewise linear through given points; its power counts as external work. Its
-    parameters begin with those of the active piece."""
+    """Force law of an effort f(x) that is piecewise linear through given points; its power counts as external work.
+
+    Its parameters begin with those of the active piece.
+    """
 
     works = True
 

@@ -21,8 +21,10 @@ TINY = 1e-160  # keeps 0/0 away
 
 
 class LineAt:
-    """Indices into the parameters of a mooring or tugger line; `HOOKED`: 0 if it has broken or is released, `HANGS`: 1
-    if no part of a mooring line lies on the seabed."""
+    """Indices into the parameters of a mooring or tugger line.
+
+    `HOOKED`: 0 if it has broken or is released, `HANGS`: 1 if no part of a mooring line lies on the seabed.
+    """
 
     HOOKED, HANGS = range(6, 8)
 

@@ -30,7 +30,7 @@ MOVES, WEIGHS = 1.0 / 3.0, 1.0 / 2.0  # parts of a rope's mass at each end
 
 
 def with_rope_masses(system: System) -> System:
-    """Return the system in which the part of each rope's mass that moves with its ends is added to the end bodies."""
+    """Return the system with rope masses added to the end bodies: of each rope, the part that moves with its ends."""
     borne: dict[str, list[tuple[float, Point]]] = {}
     for rope in system.straight_ropes:
         for mass, end in _ends(rope):
@@ -47,8 +47,7 @@ def not_weighed(weight: Scalar) -> Scalar:
 
 
 def pulls_down(weight: Scalar, x: Array) -> Array:
-    """Return the wrench (6,) of the weight that `not_weighed` returns, for a rope end at x relative to the tree's
-    reference point."""
+    """Return the wrench (6,) of the weight from `not_weighed` about the tree's reference point, for a rope end at x."""
     f = -not_weighed(weight)
     return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])
 
@@ -83,8 +82,7 @@ ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3)
 
 
 class RopeAt:
-    """Indices into the parameters of a rope; a and b are the end points of its first line, and the weight is the last
-    number."""
+    """Indices into the parameters of a rope; a, b: end points of its first line; the weight is the last number."""
 
     EA, DAMPING, HOOKED, TAUT = range(4)
     A, B = slice(4, 7), slice(7, 10)
@@ -92,9 +90,11 @@ class RopeAt:
 
 @dataclass(frozen=True)
 class RopeLaw(ForceLaw[Rope]):
-    """Force law of an elastic rope; if it has a mass, samples show the tension at the ends b (see the module). `calm`:
-    the rope has no events; its damping acts only at elongations e > 0 and is at most as large as the elastic part, so
-    nothing jumps at e = 0."""
+    """Force law of an elastic rope.
+
+    If it has a mass, samples show the tension at the ends b (see the module). `calm`: the rope has no events; its
+    damping acts only at elongations e > 0 and is at most as large as the elastic part, so nothing jumps at e = 0.
+    """
 
     clamped: bool = True
     calm: bool = False

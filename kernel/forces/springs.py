@@ -85,8 +85,7 @@ class SpringLaw(ForceLaw[Spring]):
 
 
 class TorsionLaw(ForceLaw[Torsion]):
-    """Force law of a torsional spring on the twist angle, independent of the tilt between the axes (swing-twist
-    decomposition)."""
+    """Force law of a torsional spring on the twist angle, independent of tilt (swing-twist decomposition)."""
 
     def check(self, f: Torsion) -> None:
         size = float(np.linalg.norm(f.axis))

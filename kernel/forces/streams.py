@@ -64,8 +64,10 @@ class StreamLaw(ForceLaw[Stream]):
 
 
 def harmonics(table: tuple[tuple[float, float, float], ...]) -> np.ndarray:
-    """Return the Fourier coefficients (n + 1, 3) of a table with columns C_x, C_y, C_z over beta = 0 to pi in n steps:
-    of cos(k beta) for C_x, of sin(k beta) for C_y and C_z."""
+    """Return the Fourier coefficients (n + 1, 3) of a table of C_x, C_y, C_z over directions beta = 0 to pi in n steps.
+
+    Of cos(k beta) for C_x, of sin(k beta) for C_y and C_z.
+    """
     n, rows = len(table) - 1, np.array(table)
     k = np.arange(n + 1)
     turns: Any = np.pi / n * np.outer(k, k)

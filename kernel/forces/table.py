@@ -59,16 +59,15 @@ def law_of(f: Law) -> ForceLaw[Any]:
 
 @dataclass(frozen=True)
 class SharedForce:
-    """A force of a scene with the traced function that forces of equal shape share. `ends`: link numbers of its bodies,
-    -1 for the ground; `along`: indices of its coordinate in q and v; `guards`: names; `shows`: sampled quantities."""
+    """A force of a scene with the traced function that forces of equal shape share."""
 
     force: Any
     law: ForceLaw[Any]
-    ends: tuple[int, ...]
-    along: tuple[int, int] | None
+    ends: tuple[int, ...]  # link numbers of its bodies, -1 for the ground
+    along: tuple[int, int] | None  # indices of its coordinate in q and v
     numbers: list[float]
     signal: InputSignal | None
-    guards: tuple[str, ...]
+    guards: tuple[str, ...]  # names
     shows: tuple[SampledQuantity, ...]
     angles: int
     function: Function
@@ -115,7 +114,7 @@ def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
 
 
 def steered(system: System) -> list[str]:
-    """Return the names of the forces whose signals may jump by command; lengths of ropes over sheaves may not."""
+    """Return the names of the forces whose signals a command can set at once; ropes over sheaves are not among them."""
     ropes = {r.name for r in system.reevings}
     return [name for name, signal in signals(system.forces).items() if signal.driven and name not in ropes]
 

@@ -31,8 +31,7 @@ CONDITIONS = ("gt", "ge", "and", "or")  # operations whose result is no number
 
 @dataclass(frozen=True)
 class LawInput:
-    """Argument of a user-defined law: time [s], coordinate and velocity of its joint; per end: position p, velocity v,
-    rotation R, angular velocity w in world axes; parameters, signal, modes (+1 or -1, see `UserLaw`)."""
+    """Argument of a user-defined law: time [s], the motion of its joint and of its end bodies, and its parameters."""
 
     t: Scalar
     parameters: Array  # (n,)

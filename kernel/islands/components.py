@@ -18,8 +18,11 @@ GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "grav
 
 
 def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
-    """Return one system per island, in the order of their first bodies; `loose`: ropes that are unhooked and couple no
-    bodies. Fixed parts, and items without a body, belong to the first island that can move."""
+    """Return one system per island (independent part), in the order of their first bodies.
+
+    `loose`: ropes that are unhooked and couple no bodies. Fixed parts, and items without a body, belong to the first
+    island that can move.
+    """
     child = {j.name: j.child if j.child != WORLD else j.parent for j in system.joints}
     ropes = {r.name: _ends(r)[: 1 if r.name in loose else None] for r in system.all_ropes}
     held = {(group, i): _bodies(group, x, system, child, ropes) for group, i, x in _items(system)}
@@ -59,8 +62,7 @@ def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
 
 
 def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
-    """Return the ropes that are unhooked at the start and are never hooked; `ties`: names of ropes that will be
-    hooked."""
+    """Return the ropes that are unhooked at the start and never hooked; `ties`: ropes that will be hooked."""
     return frozenset(r.name for r in system.straight_ropes if not r.hooked and r.name not in ties)
 
 

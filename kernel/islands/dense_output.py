@@ -56,8 +56,8 @@ class DenseRows:
 
 
 def instants_of(times: object, start: float, end: float, before: bool) -> NDArray[np.int64]:
-    """Return times [s] within a run in [ns] (n,), or the nanosecond before each if `before`; raises KernelError for
-    times outside the run."""
+    """Convert times [s] within a run to integer nanoseconds (n,), or to the nanosecond before if `before`; raises
+    KernelError for times outside the run."""
     try:
         t = np.atleast_1d(np.asarray(times, np.float64))
     except (TypeError, ValueError):
@@ -77,6 +77,6 @@ def trail_of(rows: Sequence[tuple[int, NDArray[np.float64]]]) -> str:
 
 
 def check_same(now: str, before: str) -> None:
-    """Raise KernelError if the second run differs from the first, by their digests."""
+    """Raise KernelError if a repeated run differs from the first run; the digests of their sample rows are compared."""
     if now != before:
         raise KernelError("at: the run cannot be repeated, since code that it uses has been edited; simulate again")

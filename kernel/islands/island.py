@@ -37,8 +37,8 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Return whether splitting an island at the unhooked ropes `loose` pays by now; `share`: part of the work
-        saved."""
+        """Return whether compiling separate islands, split at the unhooked ropes `loose`, pays by now; `share`: part of
+        the work saved."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
@@ -53,14 +53,13 @@ class RecompileBudget:
         }
 
     def go_on(self, kept: dict[str, Any]) -> None:
-        """Set the splitting rule to a state that `kept` returned."""
+        """Restore the state of the splitting rule that `kept` returned."""
         self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
         self.since, self.seen = kept["since"], frozenset(kept["seen"])
 
 
 class Island(Simulation):
-    """The simulation of one island; the sample rows at its events are stored separately, as parts of rows of the whole
-    scene."""
+    """The simulation of one island; sample rows at its events are stored separately, as parts of whole rows."""
 
     struck: np.ndarray  # row of the last event or command
 
@@ -72,8 +71,8 @@ class Island(Simulation):
         self.stand()
 
     def settle(self) -> None:
-        """Recompute derivative and guards as `Simulation.settle` does, but store the event's row in `struck`; its peaks
-        count for the next sample."""
+        """Recompute the island's derivative and guards after events, and store the sample row of the event in `struck`;
+        its peaks count for the next sample."""
         before = len(self.rows)
         super().settle()
         ((_, self.struck),) = self.rows[before:]
@@ -83,7 +82,7 @@ class Island(Simulation):
         native.part("peak_time")[:] = self.struck[at["peak_time"]] - self.epoch * 1e-9
 
     def stand(self) -> None:
-        """Make the island's present state final: no earlier time can be requested any more."""
+        """Make the island's present state final, so that it cannot be rolled back to an earlier time."""
         self.marks: list[tuple[int, Snapshot]] = []  # to which it can go back, with their times [ns]
         self.span = 1  # periods of samples that it runs ahead of what is known of the others
         self.refused = False  # it cannot run ahead
@@ -112,7 +111,7 @@ class Island(Simulation):
         self._look()
 
     def forget(self, before_ns: int) -> None:
-        """Drop the rollback marks before a time [ns]."""
+        """Drop the island's rollback marks before a time [ns]."""
         if self.began <= before_ns:
             self.marks.clear()
         while len(self.marks) > 1 and self.marks[1][0] <= before_ns:
@@ -123,7 +122,7 @@ class Island(Simulation):
         return bool(self.marks) and self.began > t_ns
 
     def rewind(self, t_ns: int) -> None:
-        """Roll back to a time [ns] that the island has already passed."""
+        """Roll the island back to a time [ns] that it has already passed."""
         if self.passed(t_ns):
             while len(self.marks) > 1 and self.marks[-1][0] > t_ns:
                 self.marks.pop()
@@ -139,8 +138,7 @@ class Island(Simulation):
 
     @property
     def history(self) -> int:
-        """The latest time [ns] up to which the island's state is known, unless a command for an earlier time
-        arrives."""
+        """The latest time [ns] up to which the island's state is final unless an earlier command arrives."""
         return FOREVER_NS if self.still and not self.marks else self.earliest - 1
 
     def shown_at(self, t_ns: int) -> np.ndarray:
@@ -170,12 +168,11 @@ class Island(Simulation):
         """Do nothing: rows of rest are published together with those of other islands."""
 
     def tells(self, subscribed: frozenset[str]) -> bool:
-        """Return whether the next event of the island has a subscriber."""
+        """Return whether the island's next event belongs to a law whose events are subscribed."""
         return not subscribed.isdisjoint(self.events.names)
 
     def may_be_cut(self) -> frozenset[str]:
-        """Return the unhooked ropes without which a part at rest would be an island of its own, if the split is worth
-        its cost; otherwise an empty set."""
+        """Return the unhooked ropes at which splitting off a part at rest pays; an empty set if there are none."""
         loose = self._unhooked()
         if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()

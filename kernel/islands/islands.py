@@ -64,7 +64,7 @@ class Islands(RunningAhead):
 
     @property
     def alone(self) -> list[LiftRows]:
-        """The lifts whose events are recorded in rows of their own; empty if the scene has only one lift."""
+        """The lifts with sample rows of their own for their events; empty if the scene has only one lift."""
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
@@ -143,8 +143,7 @@ class Islands(RunningAhead):
                 return
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
-        """Return time [ns] and row of the next sample of a scene at rest, as `Simulation.foretold` does; None if an
-        island moves."""
+        """Return time [ns] and row of the next sample if all islands are at rest; None if an island moves."""
         parts = [found[1] for p in self.parts if (found := p.foretold())]
         if len(parts) < len(self.parts) or any(p.rows for p in self.parts) or self.samples.struck:
             return None
@@ -164,8 +163,8 @@ class Islands(RunningAhead):
         return [e for p in self._firing for e in p.preview()]
 
     def fire(self) -> list[StateChange]:
-        """Integrate the islands concerned up to the located event and switch the laws whose guards are negative; return
-        the events."""
+        """Integrate the islands with the located event up to the event, and switch the laws whose guards are negative;
+        return the events."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
             raise KernelError("no event has been located; run first")
@@ -194,8 +193,7 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Recompute the stopped islands after events and commands; at the end of a run, when none is stopped, recompute
-        all."""
+        """Recompute the islands stopped by events or commands; at the end of a run, if none is, recompute all."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()
@@ -245,8 +243,7 @@ class Islands(RunningAhead):
         raise KernelError(f"'{name}': there is no {kind} with this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Set a motion of an actuator or of a master signal; every island with actuators has a copy of each commanded
-        master signal."""
+        """Set a motion of an actuator or master signal; a master signal moves in every island with actuators."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:

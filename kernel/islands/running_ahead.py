@@ -39,8 +39,8 @@ class SideBySide:
         self._pool: ThreadPoolExecutor | None = None
 
     def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
-        """Run all tasks in parallel; raise the first exception in the order of the tasks. `pause` is called in the
-        calling thread."""
+        """Run all tasks in parallel, and `pause` in the calling thread; raise the exception of the first failed
+        task."""
         if len(tasks) < 2 or self._threads < 2:
             for task in tasks:
                 task(pause)
@@ -68,9 +68,11 @@ SPAN = 64  # periods of samples that islands run ahead of each other at most
 
 
 class RunningAhead(CommandTarget):
-    """Base class of the simulation of several islands that run ahead of each other. `parts`: islands; `reached`: global
-    time [ns]; `epoch`: last event or command; `_stopped`: islands stopped there; `samples`, `rows`, `log`, `notes`: of
-    the whole scene."""
+    """Base class of the simulation of several islands that run ahead of each other.
+
+    `parts`: islands; `reached`: global time [ns]; `epoch`: last event or command; `_stopped`: islands stopped there;
+    `samples`, `rows`, `log`, `notes`: of the whole scene.
+    """
 
     samples: Joining
 

@@ -38,8 +38,8 @@ class _Loose:
     ends: list[tuple[int, int]]
 
     def span(self, frames: np.ndarray) -> float:
-        """Return the length of a rope along its straight lines [m]; `frames` (n, 12): origin and rotation of each
-        link."""
+        """Return the length of a rope along its straight lines [m]; `frames` (n, 12): origins and rotations of
+        links."""
         out = 0.0
         for line, ends in zip(self.lines.reshape(-1, ROPE_LINE), self.ends, strict=True):
             places = [
@@ -59,7 +59,7 @@ class Merge:
         self._places: list[np.ndarray] = []
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
-        """Set the present islands and the unhooked ropes that couple no bodies."""
+        """Set the islands of which the scene now consists, and the unhooked ropes that couple no bodies."""
         self._places = [np.array([self._place[x] for x in labels(p.program)], dtype=int) for p in parts]
         at, s, number = self._at, self._program.system, self._program.graph.number
         self._loose: list[_Loose] = []
@@ -89,8 +89,7 @@ class Merge:
 
 
 class LiftRows(Merge):
-    """Sample rows of one lift after events and commands, with only the columns of this lift, in the layout of
-    `method`."""
+    """Sample rows of one lift after its events and commands, with the columns of this lift only."""
 
     def __init__(self, name: str, method: Stepping) -> None:
         super().__init__(method.program)
@@ -100,7 +99,7 @@ class LiftRows(Merge):
         self.parts: list[Island] = []
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
-        """Set the present islands of the lift and the unhooked ropes that couple no bodies."""
+        """Set the islands of which the lift now consists, and the unhooked ropes that couple no bodies."""
         self.parts = [p for p in parts if p.given.bodies[0].name in self.bodies]
         super().cut(self.parts, frozenset(r.name for r in self._program.system.straight_ropes if r.name in loose))
 
@@ -141,7 +140,7 @@ class Joining(Merge):
         return self.number * self._period
 
     def take(self, samples: Sequence[Rows], resting: Sequence[np.ndarray | None], end_ns: int) -> Rows:
-        """Return the complete rows before a time, from the `samples` of each island and the rows of islands at rest."""
+        """Return the complete sample rows of the scene before a time, made of the islands' samples and rows at rest."""
         out: Rows = []
         for rows in samples:
             while rows and rows[0][0] < self.next_ns:  # of steps that were taken again
@@ -161,7 +160,7 @@ class Joining(Merge):
         return out
 
     def ready(self) -> Rows:
-        """Return the rows of events and commands that are due before the next sample."""
+        """Return the sample rows of events and commands before the next periodic sample."""
         return self._struck(self.next_ns)
 
     def _struck(self, before: int) -> Rows:

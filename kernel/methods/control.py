@@ -47,18 +47,17 @@ def allowed(s: StepState, size: Value) -> Value:
 
 
 def still_below(scale: Value, faint: Value) -> Value:
-    """Return the threshold of |v|^2 and |dv/dt|^2 [SI] below which the scene counts as at rest; lower if it has moved
-    only slowly so far."""
+    """Return the threshold of |v|^2 and |dv/dt|^2 [SI] below which a scene counts as at rest; lower in slow scenes."""
     part = maximum(scale, faint)
     return STILL * STILL * (part * part)
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
-    """Return how round-off at coordinates q (nq,) limits step control: `grain`, the smallest useful scale of the
-    tolerance, and `faint`, a factor on the threshold STILL of rest.
+    """Return limits that round-off at coordinates q (nq,) sets to step control.
 
-    `acceleration`: function from coordinates to accelerations (nv,). A law that turns a displacement d into an
-    acceleration a oscillates at sqrt(a / d); round-off in the displacement then becomes a speed of sqrt(a d).
+    `grain`: smallest useful scale of the tolerance; `faint`: factor on the threshold STILL of rest. `acceleration`:
+    function from coordinates to accelerations (nv,). A law that turns a displacement d into an acceleration a
+    oscillates at sqrt(a / d); round-off in the displacement then becomes a speed of sqrt(a d).
     """
     here, d = acceleration(q), ULPS * (1.0 + np.abs(q))
     # two patterns of displacements, since equal signs can cancel in a stiff law between two coordinates
@@ -82,8 +81,7 @@ FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not
 
 @dataclass
 class StepDecision:
-    """Decision on an attempted step: whether it is accepted, the length of the next step, the error estimate to keep
-    for the next decision, and whether the step failed."""
+    """Decision on an attempted step: whether it is accepted or has failed, and the length of the next step."""
 
     ok: Value
     h: Value

@@ -71,8 +71,11 @@ class Kutta4(RungeKutta):
 
 
 class DormandPrince5(RungeKutta):
-    """Dormand-Prince 5(4) with the fourth-order dense output of Hairer, Norsett, Wanner I, II.6. This is the only
-    method that clamps laws beyond an event (see `Setting`), which keeps the digests of earlier recordings."""
+    """Dormand-Prince 5(4) with the fourth-order dense output of Hairer, Norsett, Wanner I, II.6.
+
+    This is the only method that clamps laws beyond an event (see `Setting`), which keeps the digests of earlier
+    recordings.
+    """
 
     name = "dopri5"
     order = 5

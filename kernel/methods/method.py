@@ -35,8 +35,7 @@ SCALARS = (
 
 
 class StepState(SimpleNamespace):
-    """State block X of the stepping loop, with its parts by name: `SCALARS`, peaks, data of a method (see `Method`), M
-    and P."""
+    """State block X of the stepping loop, with its numbers and vectors as attributes."""
 
     y: Value  # (ny,) state and derivative now, then at the start of the step
     f: Value
@@ -52,16 +51,14 @@ class StepState(SimpleNamespace):
 
 
 class Evaluated(Protocol):
-    """Result of one evaluation of the equations: derivative (ny,), tensions (n_ropes,) and guards (n_guards,). For step
-    control: `drift` of the constraint rows, longest steps `reach` and `window` in which shapes cannot pass each
-    other."""
+    """Result of one evaluation of the equations: derivative (ny,), tensions (n_ropes,) and guards (n_guards,)."""
 
     dy: Value
     T: Value
     G: Value
-    drift: Value
-    reach: Value
-    window: Value
+    drift: Value  # of the constraint rows
+    reach: Value  # longest step in which shapes cannot pass each other
+    window: Value  # the same for fixed steps
 
 
 class Rate(Protocol):
@@ -77,14 +74,12 @@ LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing wou
 
 @dataclass(frozen=True)
 class Exponents:
-    """Exponents of error-based step control: growth error^up last_error^memory, shrinkage error^down (Gustafsson's PI).
-    A step that would grow by less than the factor `held` keeps its length, so that its matrix factors can be used
-    again."""
+    """Exponents of PI step-size control (Gustafsson): growth error^up last_error^memory, shrinkage error^down."""
 
     down: float
     up: float
     memory: float
-    held: float = 1.0
+    held: float = 1.0  # a step that would grow by less keeps its length, so that its matrix factors are used again
 
 
 @dataclass
@@ -115,12 +110,12 @@ Build = Callable[..., Function]  # (name, part) -> native function of X and P; w
 
 
 class Method(ABC):
-    """Base class of integration methods; `order` of the solution; `vectors`: names of the (ny,) blocks for
-    `interpolate`.
+    """Base class of integration methods.
 
-    Implicit methods solve their equations before `attempt` in parts of their own (`prologue`), keep numbers in
-    `scalars` and matrices in a block M of `matrices` doubles. `evaluations`: number of evaluations of the equations in
-    every attempt; `counted`: scalars that count further operations, and how many evaluations each takes.
+    `order` of the solution; `vectors`: names of the (ny,) blocks for `interpolate`. Implicit methods solve their
+    equations before `attempt` in parts of their own (`prologue`), keep numbers in `scalars` and matrices in a block M
+    of `matrices` doubles. `evaluations`: number of evaluations of the equations in every attempt; `counted`: scalars
+    that count further operations, and how many evaluations each takes.
     """
 
     name: str
@@ -139,8 +134,7 @@ class Method(ABC):
     def prologue(
         self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
     ) -> tuple[Function | EmittedParts, ...]:
-        """Return native functions that run before `attempt` in each step; `at`: places in the state block X; `sizes`:
-        of `rate`'s results."""
+        """Return the native functions that run before `attempt` in each step; `at`: places in the state block X."""
         return ()
 
     @property
@@ -149,8 +143,7 @@ class Method(ABC):
         return bool(self.matrices)
 
     def run(self, code: StepCode, at: Places, sizes: Mapping[str, int]) -> StepCode:
-        """Return the native stepping functions, extended by steps in Python if the method takes its steps outside
-        native code; `at`: places in the state block X; `sizes`: of the results of `rate`."""
+        """Return the native stepping functions, extended by steps in Python for a method without native steps."""
         return code
 
     def constants(self) -> dict[str, Value]:
@@ -158,7 +151,7 @@ class Method(ABC):
         return {}
 
     def forgotten(self) -> dict[str, float]:
-        """Return values of the method in the state block X to set after a jump of the derivative, by name."""
+        """Return, by name, the values that reset the method's part of state block X after a jump of the derivative."""
         return {}
 
     @abstractmethod
@@ -167,8 +160,7 @@ class Method(ABC):
 
     @abstractmethod
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        """Store the `vectors` of the attempted step in s, for `interpolate`; s.d0 is the state at the start of the
-        step."""
+        """Store the `vectors` of the attempted step in s, for `interpolate`; s.d0: state at the start of the step."""
 
     def complete(self, s: StepState, rate: Rate) -> None:
         """Compute the remaining stages of the dense output, when it is first used."""
@@ -195,8 +187,7 @@ def fallen_in(r: Evaluated) -> Value:
 
 
 def inside(s: StepState) -> Value:
-    """Return a time within the profile piece that begins at s.t; no step crosses s.t_stop, where the next piece
-    begins."""
+    """Return a time within the profile piece that begins at s.t and lasts until s.t_stop, where a step must end."""
     # at most half a second inside: t_stop may be for ever, and a time so late would lose its digits
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 
@@ -226,8 +217,7 @@ class Stepless(Method):
 
 
 class AtRest(Stepless):
-    """Null method for statics: takes no steps, only evaluates the equations; one-sided laws are smooth beyond their
-    guards."""
+    """Null method for statics: takes no steps, only evaluates the equations; laws are smooth beyond their guards."""
 
     name = "at-rest"
     vectors = ()

@@ -24,8 +24,7 @@ LEAST = 1e-6  # [rad/s] of an oscillation
 
 
 def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) -> np.ndarray:
-    """Return the Jacobian (n, n) of the first n components of `rate` with respect to the first n of y (ny,), by central
-    differences."""
+    """Return the Jacobian (n, n) of the first n components of `rate` at y (ny,), by central differences."""
     J = np.zeros((n, n))
     for j in range(n):
         # relative to 1 + |y|, as the tolerance is: coordinates near zero are metres or radians
@@ -38,8 +37,8 @@ def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) ->
 
 
 def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, message: Callable[[], str]) -> None:
-    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `message`: describes the
-    fastest mode."""
+    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `message`: its fastest
+    mode."""
     if not np.isfinite(J).all():
         return  # the run itself says what is not finite
     modes = np.linalg.eigvals(J)
@@ -68,8 +67,10 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, me
 
 
 def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float]:
-    """Return the lowest frequency [Hz] of the oscillations that a stable fixed step distorts (0 if none), and the
-    number of periods after which the most distorted one is a tenth of a period out of phase or half damped."""
+    """Return the lowest frequency [Hz] of oscillations that a stable fixed step distorts, and after how many periods.
+
+    After so many periods, the most distorted one is a tenth of a period out of phase or half damped.
+    """
     if not np.isfinite(J).all():
         return 0.0, np.inf
     bends = [(abs(s), missed(method, s, step)) for s in np.linalg.eigvals(J) if bent(method, s, step)]
@@ -82,7 +83,7 @@ def bent(method: Method, s: complex, step: float) -> bool:
 
 
 def missed(method: Method, s: complex, step: float) -> float:
-    """Return the relative error of one step, per radian of phase, for the oscillation with eigenvalue s [1/s]."""
+    """Return the relative error of a step, per radian of phase, for the oscillation with eigenvalue s [1/s]."""
     # one oscillator y'' = 2 Re(s) y' - |s|^2 y with this eigenvalue stands for the mode
     J = np.array([[0.0, 1.0], [-(abs(s) ** 2), 2.0 * s.real]])
     got = np.linalg.eigvals(method.amplification(J, step, 1))
@@ -112,13 +113,12 @@ class Balance:
         return self._tolerance > 0.0 and not self._implicit
 
     def begin(self, kinetic: float, parts: np.ndarray) -> None:
-        """Restart the energy balance after an event or command, from the kinetic energy and the other energies (parts,)
+        """Restart the energy balance after an event or command, from the kinetic and the other energies (parts,)
         [J]."""
         self._start = kinetic, parts
 
     def end(self, kinetic: float, parts: np.ndarray) -> None:
-        """Close the energy balance before an event or command, with the kinetic energy and the other energies (parts,)
-        [J]."""
+        """Close the energy balance before an event or command, at the kinetic and the other energies (parts,) [J]."""
         before, start = self._start
         changes = parts - start
         # energy that vanished before a switch stays in the sum, or many small losses would pass
@@ -126,8 +126,8 @@ class Balance:
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """Return the fraction of the exchanged energy that was lost or gained because of a loose tolerance: only once,
-        when this fraction first becomes large; otherwise 0. `held`: largest energy of a rope so far [J]."""
+        """Return the part of the exchanged energy lost or gained by a loose tolerance, once when it first becomes
+        large; otherwise 0. `held`: largest energy of a rope so far [J]."""
         self._turned = max(self._turned, held)
         if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
             return 0.0
@@ -144,12 +144,11 @@ class Balance:
         return made, np.fmax.accumulate(np.fmax(turned, self._turned))
 
     def see(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
-        """Add n readings of the kinetic energy (n,) and the other energies (n, parts) [J]; the energy exchanged between
-        readings is summed."""
+        """Add n readings of the kinetic energy (n,) and the other energies (n, parts) [J] to the energy balance."""
         self._turned = float(self._read(kinetic, parts)[1][-1])
 
     def fine(self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> bool:
-        """Return whether `check` would accept all n readings of energies; if so, add these readings."""
+        """Return whether n readings of energies are in balance, as `check` demands; if so, add them."""
         made, turned, allowed = self._allowed(kinetic, parts, slip, held)
         known = (made < 0.0) & (not self.strict and self.lost > 0.0)
         if not (np.isfinite(allowed) & ((np.abs(made) <= allowed) | known)).all():
@@ -172,7 +171,7 @@ class Balance:
         return STRAYED if self.strict else MADE
 
     def check(self, where: str, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> None:
-        """Raise KernelError at a reading of energies if energy was created, or lost without heat.
+        """Raise KernelError if readings of energies show that energy was created, or lost without heat.
 
         kinetic (1,); parts (1, parts): potential, stored, heats, and works with the opposite sign [J]; slip (1,):
         energy [J] explained by an error of size one in every step; held (1,): largest energy of a rope since the last

@@ -26,10 +26,11 @@ MOVED, SPED = 1e-6, 1e-5  # [m, rad], [m/s, rad/s] finite differences
 
 
 class VelocitySpace(Method):
-    """Base class of implicit methods that solve Newton systems over the velocities: block M holds the Jacobians at the
-    state `z`, where the accelerations are `here`, and the factors for the part `e` of a step.
+    """Base class of implicit methods that solve Newton systems over the velocities.
 
-    `columns`: number of derivatives to recompute: 0, those by displacements (nv), or also those by velocities (2 nv).
+    Block M holds the Jacobians at the state `z`, where the accelerations are `here`, and the factors for the part `e`
+    of a step. `columns`: number of derivatives to recompute: 0, those by displacements (nv), or also those by
+    velocities (2 nv).
     """
 
     def __init__(self, program: Program) -> None:

@@ -12,21 +12,19 @@ from .quantities import lines, numbers, points
 
 
 def structure(program: Program, *method: object) -> str:
-    """Return a key that is equal for scenes which share machine code; `method`: further properties on which the code
-    depends."""
+    """Return a key that is equal for scenes which share machine code; `method`: further properties of the code."""
     p, s = program, program.system
     number, along = p.graph.number, p.graph.coordinate
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
 
     def of(x: Measured | Threshold) -> object:
-        """Return the parts of a measured object on which the traced code depends: the body's number or the coordinate's
-        indices."""
+        """Return the parts of a measured object on which traced code depends: body number or coordinate indices."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None
 
     def of_signal(h: Threshold) -> object:
-        """Return the parts of a threshold's formula on which the traced code depends: quantity, inputs, and number of
+        """Return the parts of a threshold's formula on which traced code depends: quantity, inputs, number of
         values."""
         wind = forces.index(h.of) if h.quantity == "wind" else None
         bodies = [number(point.body) for point in points(h, s)]

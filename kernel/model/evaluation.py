@@ -39,7 +39,7 @@ from .quantities import lines, names, points, scalar
 
 
 def hold_rows(x: Evaluation) -> None:
-    """Compute the constraint forces that keep loops, taut rigid ropes and closed contacts together."""
+    """Compute the constraint forces of kinematic loops, taut rigid ropes and closed contacts."""
     if len(x.program.constraints):
         x.rows = x.constraint_rows()
         x.rows.accelerate()
@@ -59,8 +59,7 @@ def accelerate(x: Evaluation) -> None:
 
 
 def pull_rigid_ropes(x: Evaluation) -> None:
-    """Compute guards and work of rigid ropes; no heat, which arises only in impacts (see
-    `constraints.row_structure`)."""
+    """Compute guards and work of rigid ropes; no heat, which only impacts cause (see `constraints.row_structure`)."""
     if x.rows:
         tensions = x.rows.tensions
         for name, guard in x.rows.guards().items():
@@ -109,8 +108,7 @@ def _value(x: Evaluation, h: Threshold, name: str) -> Any:
 
 
 def collect(x: Evaluation) -> None:
-    """Collect all guards and the derivative of the state, with the energy accounts, in the order of the state
-    vector."""
+    """Collect all guards, and the derivative of the state with its energy accounts, in the order of the state."""
     p = x.program
     waiting = {label: iter(values) for label, values in x.watched.items()}
     x.guards = [next(waiting[label]) for label in p.guards]
@@ -119,8 +117,7 @@ def collect(x: Evaluation) -> None:
 
 
 def read_signals(x: Evaluation) -> None:
-    """Compute the value and rate of each force law's signal: commanded, from the active piece of its history, or
-    constant."""
+    """Compute value and rate of each force law's signal: commanded, from its time history, or constant."""
     for law in x.program.laws:
         if s := law.signal:
             if s.driven:
@@ -136,7 +133,7 @@ def read_signals(x: Evaluation) -> None:
 
 
 def weigh_rigid_ropes(x: Evaluation) -> None:
-    """Apply the part of the weight of rigid ropes that the masses at their ends do not cover."""
+    """Apply the weight of rigid ropes to their end bodies, except the part that masses added to these bodies cover."""
     for r in x.program.system.rigid_ropes:
         height: Scalar = 0.0
         if r.mass:
@@ -214,8 +211,8 @@ __all__ = ["FORCES", "POSES", "Evaluation", "EvaluationStage", "evaluate"]
 
 
 class EvaluationStage(NamedTuple):
-    """A stage of the evaluation of the equations: a function with the fields of `instant.Evaluation` that it reads and
-    writes; program, t, inside and P are always available."""
+    """A stage of the evaluation of the equations: a function and the fields of `Evaluation` that it reads and
+    writes."""
 
     run: Callable[[Evaluation], None]
     reads: str
@@ -249,8 +246,11 @@ FORCES = (
 def evaluate(
     program: Program, t: Scalar, y: Array, P: Array, inside: Scalar | None = None, forces: bool = True
 ) -> Evaluation:
-    """Evaluate the equations of a scene at time t [s], state y and parameters P; `inside`: a time within the present
-    step. If `forces` is false, only poses and velocities of the bodies are computed."""
+    """Evaluate the equations of a scene at time t [s], state y and parameters P.
+
+    `inside`: a time within the present step. If `forces` is false, only poses and velocities of the bodies are
+    computed.
+    """
     q, v = program.nq, program.nq + program.nv
     behind = v + len(program.accounts)
     x = Evaluation(program, t, t if inside is None else inside, P, list(y[:q]), list(y[q:v]), list(y[v:behind]))

@@ -31,8 +31,7 @@ TIPS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # m
 
 @dataclass(frozen=True)
 class CarriedGroup:
-    """Bodies that a base or joint carries, the points of its frame, and for each rope the lines that lead to other
-    bodies, each starting at its end on the group."""
+    """The bodies that a base or joint carries, with the ropes that pull at them."""
 
     frame: tuple[Point, ...]
     bodies: tuple[Body, ...]
@@ -108,8 +107,11 @@ def _reached(start: str, more: Any) -> set[str]:
 
 
 def base_force(x: Any, own: int) -> tuple[Any, Any, Any]:
-    """Return the resultant vertical force [N] on a base and its position [m] along and across it, with all bodies above
-    it slewed by an angle, whose cosine and sine are the first two numbers; `own`: count of the signal's numbers."""
+    """Return the resultant vertical force [N] on a base and its position [m] along and across the base.
+
+    All bodies above are slewed by an angle, whose cosine and sine are the first two numbers; `own`: count of the
+    signal's numbers.
+    """
     middle, *tips = x.places[:3]
     V: Any = 0.0
     Mx: Any = 0.0
@@ -141,8 +143,7 @@ def _forces(x: Any, own: int, frame: int, each: int) -> Iterator[tuple[Any, Any]
 
 
 def track_pressure(x: Any) -> Any:
-    """Return the largest pressure below one track [N/m2], times numbers[6] plus numbers[7]; infinite if the machine
-    tips."""
+    """Return the largest pressure below a crawler track [N/m2], times numbers[6] plus numbers[7]; inf if tipping."""
     V, along, across = base_force(x, ON_BASES["track pressure"])
     length, apart, breadth, side, times, plus = x.numbers[2:8]
     own = _between(0.0, V / 2.0 * (1.0 + 2.0 * side * across / apart), V)
@@ -154,7 +155,7 @@ def track_pressure(x: Any) -> Any:
 
 
 def corner_load(x: Any) -> Any:
-    """Return the load on one corner of a base [N], times numbers[6] plus numbers[7]."""
+    """Return the load on one corner of a base [N], scaled: times numbers[6] plus numbers[7]."""
     V, along, across = base_force(x, ON_BASES["corner load"])
     length, width, ahead, left, times, plus = x.numbers[2:8]
     u, v = 2.0 * along / length, 2.0 * across / width
@@ -166,8 +167,8 @@ def corner_load(x: Any) -> Any:
 
 
 def tipping(x: Any) -> Any:
-    """Return the distance of the base force from the middle, as a fraction of the distance at which the machine tips
-    or, if the last number is above zero, one corner loses contact."""
+    """Return the off-centre distance of the base force as a fraction of the distance at which the machine tips or, if
+    the last number is above zero, one corner loses contact."""
     _, along, across = base_force(x, ON_BASES["tipping"])
     length, width, lifts = x.numbers[2:5]
     u, v = abs(2.0 * along / length), abs(2.0 * across / width)
@@ -184,8 +185,7 @@ def joint_moment(x: Any, own: int = 0, each: int = 1) -> Any:
 
 
 def starting_moment(x: Any) -> Any:
-    """Return the moment [N m] about the axis of a joint, plus the moment that accelerates the carried bodies at
-    numbers[0] [rad/s2]."""
+    """Return the moment about a joint's axis [N m], with the inertia of carried bodies at numbers[0] [rad/s2]."""
     middle, tip = x.places[:2]
     axis, inertia = _less(tip, middle), 0.0
     bodies = x.places[2 : len(x.places) - 2 * sum(x.lines)]

@@ -35,8 +35,7 @@ Master = tuple[Scalar, Scalar, Scalar, Scalar, Scalar]  # s, ds/dt, d2s/dt2, sin
 
 @dataclass
 class Evaluation:
-    """Result of evaluating the equations of a scene at one state, on floats or traced; integration uses `dy` and
-    `guards`."""
+    """Result of evaluating the equations of a scene at one state, on floats or traced; steps use `dy` and `guards`."""
 
     program: Program
     t: Scalar  # [s] since the epoch
@@ -106,8 +105,7 @@ class Evaluation:
         return [drives.get(tree.v.start + k) for k in tree.prescribed_dofs]
 
     def own(self, name: str) -> Reference:
-        """Return the reference (value, rate, acceleration) that the own speed profile of an actuator or master signal
-        gives."""
+        """Return the reference (value, rate, acceleration) from an actuator's or master signal's own speed profile."""
         x = self.program.profile(t=[self.t, self.inside], p=self.numbers("reference", name))
         return x.x[0], x.v[0], x.a[0]
 
@@ -186,8 +184,7 @@ class Evaluation:
 
     @property
     def window(self) -> Scalar:
-        """Longest step [s] in which shapes in contact cannot pass through each other, to check fixed steps (see
-        `steps.passing`)."""
+        """Longest step [s] in which shapes in contact cannot pass through each other, as a check of fixed steps."""
         return self.reach
 
     @property
@@ -288,8 +285,11 @@ def follow(x: Evaluation) -> None:
 
 
 def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
-    """Return sine and cosine (not normalised) of the tilt of a body's z axis towards +y (axis 0, about -x) or +x (axis
-    1, about +y), and the numerator of the tilt's rate, sin' cos - sin cos'."""
+    """Return sine and cosine (not normalised) of the tilt of a body's z axis, and the numerator sin' cos - sin cos' of
+    its rate.
+
+    Tilt towards +y (axis 0, about -x) or +x (axis 1, about +y).
+    """
     w = np.reshape(body[:9], (3, 3))[:, 2]
     dw = cross(body[15:18], w)
     i = 1 if axis == 0 else 0

@@ -31,8 +31,7 @@ class ParameterLayout:
 
     @staticmethod
     def of(system: System, graph: Graph, trees: list[Tree], laws: tuple[SharedForce, ...]) -> "ParameterLayout":
-        """Return the parameter layout for a system; references are at rest at their initial values, thresholds are
-        disarmed."""
+        """Return the parameter layout for a system, with references at rest and thresholds disarmed."""
         at: dict[tuple[str, str], slice] = {}
         values: list[float] = []
 

@@ -214,21 +214,21 @@ class Program:
 
     @cached_property
     def memory(self) -> dict[tuple[str, int], int]:
-        """Indices in the state y of the memory states of wave radiation, by the name of the force and the number of the
-        state."""
+        """Indices in the state y of the memory states of wave radiation, by force and number."""
         names, first = {x.name for x in self.system.forces if isinstance(x, Radiation)}, self.ny - len(self.angles)
         of = {(name, n): first + i for i, (kind, name, n) in enumerate(self.angles) if kind == "force"}
         return {label: place for label, place in of.items() if label[0] in names}
 
     @cached_property
     def axial(self) -> list[int]:
-        """The index of the flexible body to which each number of `Evaluation.axial` belongs."""
+        """The index of the flexible body to which each number of `Evaluation.axial` (axial loads) belongs."""
         number = self.graph.number
         return [number(k.body.name) for k, on, _ in self.compressible for _ in range(3 * (2 + len(on)))]
 
     @cached_property
     def compressible(self) -> list[tuple[Link, list[Link], slice]]:
-        """Each flexible body with the bodies attached to it, and the indices of its vectors in `Evaluation.axial`."""
+        """The flexible bodies, which may buckle, each with the bodies attached to it and its part of the axial
+        loads."""
         found, first = list[tuple[Link, list[Link], slice]](), 0
         for i, link in enumerate(self.graph.links):
             if link.n_modes:
@@ -244,7 +244,7 @@ class Program:
         return [(k, x.flexible.beam.length if x and x.flexible.beam else 0.0) for k, x in carriers]
 
     def turned_at_start(self, label: AngleLabel) -> float:
-        """Return by how much joints have turned the bodies of an angle label about its axis before the start [rad]."""
+        """Return the angle [rad] by which joints have turned two bodies relative to each other before the start."""
         kind, name, i = label
         if kind == "body":
             a, b, axis = WORLD, name, np.array(AXES[i])

@@ -199,8 +199,7 @@ def _dot(a: Scalars, b: Scalars) -> Any:
 
 @dataclass(frozen=True)
 class QuantityFormula:
-    """An entry of the table of signal quantities: a formula, and the fields that a signal of this quantity must
-    have."""
+    """An entry of the table of signal quantities: the formula, and the fields that a signal must have for it."""
 
     formula: Callable[[FormulaContext], Scalar]
     needs: tuple[str, ...] = ()
@@ -252,13 +251,12 @@ COUNTS |= {"place along": 1, "place across": 1, **OF_GROUPS}
 
 
 def scalar(h: ScalarSignal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
-    """Return the value of a signal from the positions of its points, its numbers, the values of its names, and its
-    lines."""
+    """Return the value of a scalar signal by its formula, from positions of points, numbers and named values."""
     return ROWS[h.quantity].formula(FormulaContext(places, numbers, values, lines))
 
 
 def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
-    """Return the points whose positions the formula of a signal takes."""
+    """Return the points whose positions enter the formula of a signal."""
     if h.quantity in LINED:
         more = (h.origin,) if h.quantity in LEADS and h.origin else ()
         return (*(p for rope in _lines(h, system) for line in rope for p in (line.a, line.b)), *more)
@@ -273,8 +271,7 @@ def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
 
 
 def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
-    """Return the numbers that the formula of a signal takes: those of the signal, of a carried group, and the shares of
-    lines."""
+    """Return the numbers in the formula of a signal: its own, those of a carried group, and shares of rope lines."""
     if h.quantity in OF_GROUPS:
         return (*h.numbers, *carried_group(h, system).numbers)
     shares = (line.share for rope in _lines(h, system) for line in rope) if h.quantity in LINED else ()
@@ -289,7 +286,7 @@ def lines(h: ScalarSignal, system: System) -> tuple[int, ...]:
 
 
 def names(h: ScalarSignal, system: System) -> tuple[str, ...]:
-    """Return the names of the ropes, or of the single element, whose values the formula of a signal takes."""
+    """Return the names of the ropes, or of the one element, whose values enter the formula of a signal."""
     if h.quantity in OF_GROUPS:
         return (*carried_group(h, system).ropes,)
     if h.quantity in ("tension", "load", "moment", "use", "use by place", *SIDES):

@@ -79,8 +79,7 @@ class References:
         return a
 
     def own(self, name: str, t_ns: int) -> tuple[float, float]:
-        """Return value and speed of the actuator's own speed profile at a time, without the master signals that it
-        follows."""
+        """Return value and speed of an actuator's own speed profile at a time, without the followed master signals."""
         a = self._actuator(name)
         t = (t_ns - a.start_ns) * 1e-9
         speed = a.move.speed(t)
@@ -92,7 +91,10 @@ class References:
 
     def value(self, name: str, t_ns: int) -> float:
         """Return an actuator's reference at a time: its own profile plus functions of the master signals that it
-        follows; a measured joint counts with the reference of its drive."""
+        follows.
+
+        A measured joint counts with the reference of its drive.
+        """
         led = [_follow(k, self.own(self._asked[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
 
@@ -143,15 +145,16 @@ class References:
         return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)
 
     def set_value(self, name: str, t_ns: int, value: float) -> None:
-        """Set the reference of an actuator to a constant value at once, such as the new length of a sling being
-        hooked."""
+        """Set an actuator's reference to a constant at once, such as the new length of a sling being hooked."""
         a = self._actuator(name)
         self.admit("set_value")
         a.start_ns, a.x0, a.move, a.follows = t_ns, value, REST, {}
 
     def set_follow(self, name: str, t_ns: int, master: str, f: tuple[float, float, float], now: list[float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s, where s is the value of a master signal ("": none),
-        without a jump. `now`: present values of the master signals."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s without a jump, where s is the value of a master signal.
+
+        "": no master signal. `now`: present values of the master signals.
+        """
         a = self._driven(name)
         if master and (master not in self._masters or name in self._masters):
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
@@ -202,8 +205,8 @@ class References:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
-        """Return the sorted times since the epoch [s], later than `after`, at which accelerations or slopes of
-        references change."""
+        """Return the sorted times since the epoch [s], after `after`, at which reference accelerations or slopes
+        jump."""
         out = {*self.histories.breaks(epoch_ns, after), *self.waves.breaks(epoch_ns, after)}
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
@@ -231,7 +234,7 @@ class References:
 
 
 class Histories:
-    """Piecewise linear time histories of all signals; a piece consists of its local start [s], the value there, and the
+    """Piecewise linear time histories of all signals; a piece is its local start [s], the value there, and the
     slope."""
 
     def __init__(self, signals: dict[str, InputSignal], parameters: ParameterLayout, P: np.ndarray) -> None:

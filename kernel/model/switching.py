@@ -27,12 +27,11 @@ ROPES = ("rope", "rigid", ReevingLaw.kind)  # kinds of numbers that ropes have
 
 @dataclass(frozen=True)
 class StateChange:
-    """A change of a law's discrete state: `what` is taut, slack, closed, open, stick, slip, bent or reached, or for a
-    lock locked or freed; the meaning of `value` depends on the law."""
+    """A change of the discrete state of a force law or lock, such as a rope that becomes taut."""
 
     name: str
-    what: str
-    value: float
+    what: str  # taut, slack, closed, open, stick, slip, bent, reached; of a lock locked, freed
+    value: float  # its meaning depends on the law
 
 
 class Switches:
@@ -62,8 +61,8 @@ class Switches:
         return StateChange(name, *law.law.switch(law.force, self._P[self._at[law.law.kind, name]], what, shown))
 
     def watch(self, name: str, value: float, rising: bool) -> None:
-        """Arm a threshold, so that its signal's crossing of `value` is an event; raises KernelError for an unknown
-        name."""
+        """Arm a threshold, so that its signal's crossing of `value` is an event; raises KernelError if it is
+        unknown."""
         p = self._threshold_numbers(name)
         if not isfinite(value):
             raise KernelError(f"threshold '{name}': {value} is not a valid threshold; it must be a finite number")
@@ -99,8 +98,7 @@ class Switches:
             p[BrakeAt.ENGAGED :] = [float(engaged), 1.0, row.q[self._brakes[name][0]], 0.0]
 
     def rope_numbers(self, name: str) -> np.ndarray:
-        """Return the parameters of a rope: EA, damping, hooked, taut and lines; raises KernelError for an unknown
-        name."""
+        """Return the present parameters of an elastic rope (see `RopeAt`); raises KernelError for an unknown name."""
         if name not in self._ropes:
             raise KernelError(
                 f"'{name}': there is no rope with this name; there are {', '.join(self._ropes) or 'none'}"
@@ -108,7 +106,7 @@ class Switches:
         return self._P[self._at["rope", name]]
 
     def rigid_numbers(self, name: str) -> np.ndarray | None:
-        """Return the parameters of a rigid rope: hooked, taut and lines; None if the rope is not rigid."""
+        """Return the present parameters of a rigid rope (see `RigidAt`); None for any other rope."""
         return self._P[self._at["rigid", name]] if ("rigid", name) in self._at else None
 
     def reeving(self, name: str) -> Reeving | None:
@@ -116,7 +114,7 @@ class Switches:
         return next((r for r in self._program.system.reevings if r.name == name), None)
 
     def reeving_numbers(self, name: str) -> np.ndarray:
-        """Return the parameters of a rope over sheaves (see `ReevingAt`)."""
+        """Return the present parameters of a rope over sheaves (see `ReevingAt`)."""
         return self._P[self._at[ReevingLaw.kind, name]]
 
     def unhook(self, name: str) -> None:

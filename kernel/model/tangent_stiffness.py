@@ -32,8 +32,7 @@ Rate = Callable[..., SimpleNamespace]  # (t (2,), y (ny,), P) -> dy, T, G, ... b
 
 @dataclass(frozen=True)
 class Tangent:
-    """Native functions for the tangent stiffness of a scene. `sizes`: number of values that `rate` returns in each
-    array, the derivative (ny,) first; n: free degrees of freedom.
+    """Native functions that compute the tangent stiffness of a scene; n: free degrees of freedom.
 
     `abreast`: largest number of degrees of freedom of a joint; as many evaluations give the coordinate rates of unit
     velocities, for all joints at once. Block G: guards. Block J: per velocity the derivative of all accelerations
@@ -44,7 +43,7 @@ class Tangent:
     nv: int
     n: int
     abreast: int
-    sizes: dict[str, int]
+    sizes: dict[str, int]  # of the arrays that `rate` returns, the derivative (ny,) first
 
     @cached_property
     def factors(self) -> FactorLayout:
@@ -57,8 +56,8 @@ class Tangent:
         return self.sizes["dy"] + sum(self.sizes.values()) + self.abreast * self.nq
 
     def functions(self, rate: Rate) -> list[Primitive]:
-        """Return the native functions `tangent`(t, y, P, G, order, columns, work, J), `factorise_tangent`(M), and
-        `solve_tangent`(M, b, tail, x).
+        """Return the native functions `tangent`(t, y, P, G, order, columns, work, J), which computes the tangent
+        stiffness, `factorise_tangent`(M), and `solve_tangent`(M, b, tail, x).
 
         order: weights of the two differences; columns (nv, 4): difference step (0: skip this column), number of the
         evaluation with its coordinate rates, and the range of coordinates that it displaces.
@@ -163,8 +162,8 @@ class Tangent:
 def one_sided(
     at: Places, rate: Rate, sizes: Mapping[str, int], nq: int, nv: int, row: int, steps: tuple[float, float]
 ) -> Primitive:
-    """Return the native function `one_sided`(X, P, M): derivatives of the accelerations at the state z, in columns of M
-    with stride `row`.
+    """Return the native function `one_sided`(X, P, M): derivatives of the accelerations at state z by one-sided
+    differences, in columns of M with stride `row`.
 
     One-sided differences of `steps`, first by displacements, then, if X asks for more than nv columns, by velocities. X
     holds the state z with its accelerations `here`, the time `now` with a time `within` its step, the coordinate rates
@@ -260,7 +259,7 @@ class KineticShares:
         return {name: G @ shape[at] for name, at, G in self._momenta}
 
     def shares(self, shape: np.ndarray) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[str, float], ...]]:
-        """Return the shares of bodies and of joint velocities in the kinetic energy, each sorted from the largest."""
+        """Return each body's and each joint velocity's share of the kinetic energy, largest first."""
         bodies: dict[str, float] = {}
         joints = np.zeros(len(shape))
         for name, at, H in self._parts:

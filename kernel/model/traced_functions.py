@@ -21,8 +21,8 @@ from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 @dataclass(frozen=True)
 class SharedTree:
-    """The traced functions that trees of one kind share; `ends`: bodies on which laws act; `opened`: functions for
-    constraint rows on the bodies `held`."""
+    """The traced functions that kinematic trees of one kind share. `ends`: bodies on which laws act; `opened`:
+    functions for constraint rows on the bodies `held`."""
 
     ends: tuple[int, ...]
     held: tuple[int, ...]
@@ -41,8 +41,7 @@ MOST = 64
 def shared_tree(
     key: str, k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str
 ) -> SharedTree:
-    """Return the traced functions of trees with equal `key`, which may belong to other scenes; the most recent ones are
-    cached."""
+    """Return the traced functions of trees with equal `key`, also of other scenes; the most recent ones are cached."""
     made = k, formulation, key
     found = _made.pop(made, None) or tree_functions(k, tree, ends, held, formulation)
     _made[made] = found
@@ -74,8 +73,7 @@ def profile(t: Array, p: Array) -> Outputs:
 
 
 def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str) -> SharedTree:
-    """Trace the functions of one kind of tree: poses of bodies on which laws act, accelerations, poses with
-    energies."""
+    """Trace the functions of one kind of tree: poses of bodies with laws, accelerations, poses with energies."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
     dynamics = formulated(formulation)
     limbs = limbs_of(f"limb{k}", tree, ends) if formulation == "recursive" else None

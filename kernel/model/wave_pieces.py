@@ -18,7 +18,7 @@ Knot = tuple[np.ndarray, np.ndarray]  # values and slopes (n,)
 
 
 class WavePieces:
-    """The active pieces of all irregular waves; waves with equal frequencies are summed together."""
+    """Cubic polynomials in time that represent all irregular waves; waves of equal frequencies are summed."""
 
     def __init__(self, waves: Mapping[str, WaveSum], at: Mapping[tuple[str, str], slice], P: np.ndarray) -> None:
         groups: dict[tuple[object, ...], list[str]] = {}
@@ -35,12 +35,12 @@ class WavePieces:
         return len(self._groups)
 
     def write(self, epoch_ns: int, t: float = 0.0) -> None:
-        """Write the cubic pieces of all waves that are active at local time t [s] into the parameter block P."""
+        """Write the cubic polynomials that represent all waves at local time t [s] into the parameter block P."""
         for sea in self._groups:
             self._P[sea.places] = sea.piece(epoch_ns, epoch_ns + round(t * 1e9))
 
     def breaks(self, epoch_ns: int, after: float) -> list[float]:
-        """Return the ends [local s] of the wave pieces that are active after local time `after` [s]."""
+        """Return the times [local s] after `after` at which the present cubic polynomials of the waves end."""
         now = epoch_ns + round(after * 1e9)
         return [((now // sea.length + 1) * sea.length - epoch_ns) * 1e-9 for sea in self._groups]
 
@@ -57,7 +57,7 @@ class _Sea:
         self._knots: dict[int, Knot] = {}  # the last two
 
     def piece(self, epoch_ns: int, now_ns: int) -> np.ndarray:
-        """Return the numbers (n, 5) of the cubic pieces of n waves that are active at a time."""
+        """Return start and coefficients (n, 5) of the cubic polynomials in time that represent n waves at a time."""
         k = now_ns // self.length
         self._knots = {i: self._knots.get(i) or self._knot(i) for i in (k, k + 1)}
         (x, dx), (y, dy) = self._knots[k], self._knots[k + 1]

@@ -34,15 +34,16 @@ def on_turn(wrapped: Scalar, counted: Scalar) -> Scalar:
 
 
 def starting(wrapped: float, turned: float) -> float:
-    """Return the angle [rad] that equals `wrapped` modulo 2 pi and is nearest to `turned`, the rotation by the
-    joints."""
+    """Return the angle [rad] equal to `wrapped` modulo 2 pi that is nearest to `turned`, the rotation by the joints."""
     # EVEN: half a turn counts upwards even where rounding makes it a little less
     return wrapped + TURN * floor((turned - wrapped) / TURN + 0.5 + EVEN)
 
 
 def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.ndarray | None, float]]:
-    """Yield the world axis and the angle [rad] of each joint between bodies a and b; the axis is None for a joint, or a
-    bending body, without a fixed axis."""
+    """Yield the world axis and the angle [rad] of each joint between bodies a and b.
+
+    The axis is None for a joint, or a bending body, without a fixed axis.
+    """
 
     def path(body: str) -> list[int]:
         i, out = graph.number(body), list[int]()
@@ -83,7 +84,7 @@ def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
 
 
 def turned_at_start(graph: "Graph", poses: Poses, a: str, b: str, axis: np.ndarray) -> float:
-    """Return the rotation [rad] of body b relative to body a about a world axis: the sum of the angles of the joints
-    between them."""
+    """Return the rotation [rad] of body b relative to body a about a world axis: the sum of the joint angles
+    between."""
     along = [(x, q) for x, q in between(graph, poses, a, b) if x is not None]
     return float(sum((x @ axis) * q for x, q in along if np.linalg.norm(np.cross(x, axis)) <= PARALLEL))

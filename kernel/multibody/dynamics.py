@@ -85,8 +85,7 @@ class Equations:
     factors: LtdlFactors
 
     def accelerations(self, a: list[Scalar], a_ref: Scalars) -> Array:
-        """Return all accelerations (n_v,) of the tree, given those of the free and of the prescribed degrees of
-        freedom."""
+        """Return all accelerations (n_v,) of the tree, given those of free and of prescribed degrees of freedom."""
         values = dict(zip(self.tree.free_dofs, a, strict=True)) | dict(
             zip(self.tree.prescribed_dofs, a_ref, strict=True)
         )
@@ -103,7 +102,7 @@ class Equations:
         return dict(enumerate(a)), np.array(reaction)
 
     def given(self, k: int) -> dict[int, Scalar]:
-        """Return the entries of row k of H in the columns of the free degrees of freedom; k: a prescribed one."""
+        """Return the row of H for a prescribed degree of freedom k, in the columns of the free degrees of freedom."""
         free = self.tree.free_dofs
         return {l: self.H[max(k, l), min(k, l)] for l in free if (max(k, l), min(k, l)) in self.H}
 
@@ -124,16 +123,19 @@ def equations_of_motion(
 def dynamics(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """Return dq/dt, dv/dt and the forces in the prescribed joints of a tree. W: wrench (6,) applied to each body, about
-    the tree's reference point; tau: (n_v,) joint forces from springs, drives, brakes and stops [N or N m]."""
+    """Return dq/dt, dv/dt and the forces in the prescribed joints of a tree.
+
+    W: wrench (6,) applied to each body, about the tree's reference point; tau: (n_v,) joint forces from springs,
+    drives, brakes and stops [N or N m].
+    """
     x = equations_of_motion(tree, q, v, tau, W, g, a_ref)
     motion, reaction = x.solution(a_ref)
     return join(*x.K.dq), np.array(list(motion.values())), reaction
 
 
 def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Return, for each body of a tree, its composite inertia I^c and the wrench of its joint when all accelerations are
-    zero (Ku et al. 2012, Fig. 6 (c), (d))."""
+    """Return, for each body of a tree, its composite inertia I^c and its joint wrench when all accelerations are zero
+    (Ku et al. 2012, Fig. 6 (c), (d))."""
     I, F = newton_euler(tree, K, W)
     for i, b in enumerate(tree.bodies):
         if b.elastic is not None:
@@ -234,7 +236,7 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
 
 
 def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinematics:
-    """Return poses, twists and accelerations of all bodies of a tree, with gravity as an upward acceleration of the
+    """Return poses, twists and accelerations of all bodies of a tree, with gravity as upward acceleration of the
     ground."""
     K = kinematics(tree, q, v, g, [0.0] * len(tree.prescribed_dofs))
     X: list[Array] = []  # what the accelerations of the joints add
@@ -252,8 +254,12 @@ def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinemat
 
 
 def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> Array:
-    """Return, for every flexible body and in its axes: the forces (3,) of other bodies on it [N], the acceleration (3,)
-    of its frame less gravity [m/s2], and its angular velocity (3,) [rad/s]; arguments as in `inverse_dynamics`."""
+    """Return, for every flexible body in its own axes, the forces on it and the motion of its frame, which load it
+    axially.
+
+    The forces (3,) of other bodies on it [N], the acceleration (3,) of its frame less gravity [m/s2], and its angular
+    velocity (3,) [rad/s]; arguments as in `inverse_dynamics`.
+    """
     K = accelerated(tree, q, v, dv, g)
     _, F = composites(tree, K, W)
     out: list[Array] = []

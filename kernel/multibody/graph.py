@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 
 
 class Freedoms(ABC):
-    """Base class of a body with its coordinates q and velocities v: those of its joint, followed by those of its
-    modes."""
+    """Base class of a body with its coordinates q and velocities v: those of its joint, then those of its modes."""
 
     q: slice
     v: slice
@@ -100,8 +99,10 @@ class Graph:
         )
 
     def in_frame(self, where: str, body: str, p: Vector) -> Vector:
-        """Return a point of a body in the frame of the body's station, if it has one (see `flexible.tracks`). Raises
-        KernelError if the point belongs to another station, as stations are part of the compiled scene."""
+        """Return a point of a body in the frame of the body's station, if it has one (see `flexible.tracks`).
+
+        Raises KernelError if the point belongs to another station, as stations are part of the compiled scene.
+        """
         link = self.links[self.number(body)] if body != WORLD else None
         on = self.links[link.parent] if link and link.parent >= 0 else None
         if not link or not on or not on.modes or not body.startswith(f"{on.body.name}@"):
@@ -116,8 +117,11 @@ class Graph:
         return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
 
     def coordinate(self, law: str, joint: str, name: str = "") -> tuple[int, int]:
-        """Return the index of a joint coordinate in q and that of its rate in v; the name may be omitted if the joint
-        has only one coordinate. Raises KernelError, naming the law, if nothing can act along it."""
+        """Return the index of a joint coordinate in q and that of its rate in v.
+
+        The name may be omitted if the joint has only one coordinate. Raises KernelError, naming the law, if nothing can
+        act along it.
+        """
         link = self.joint(joint)
         kind, has = link.joint.kind, JOINTS[link.joint.kind].actable
         if not has:
@@ -133,16 +137,17 @@ class Graph:
         return link.q.start + i, link.v.start + i
 
     def trees(self) -> list[range]:
-        """Return the ranges of link numbers of the trees, one per body on the ground; bodies that share water are in
-        one tree."""
+        """Return the ranges of link numbers of the trees, one per body on the ground or group that shares water."""
         roots = [i for i, k in enumerate(self.links) if k.parent < 0 and not k.body.shared] + [len(self.links)]
         return [range(a, b) for a, b in pairwise(roots)]
 
 
 def build_graph(system: System, modes: "Mapping[str, FlexibleModes] | None" = None) -> Graph:
-    """Return the spanning tree of a system, its bodies numbered depth-first from the ground in the given order;
+    """Return the spanning tree of a system, its bodies numbered depth-first from the ground in the given order.
+
     `modes`: those of flexible bodies. Raises KernelError naming the body or joint for duplicate, missing or unreachable
-    bodies."""
+    bodies.
+    """
     bodies = _by_name(system.bodies, "body")
     joints = _by_name(system.joints, "joint")
     for name, joint in joints.items():
@@ -219,8 +224,8 @@ def path_matrix(parents: list[int]) -> np.ndarray:
 
 
 def children_of(T: np.ndarray, i: int) -> list[int]:
-    """Return the joints whose forces the equation of body i subtracts, from the path matrix T: the first joints to the
-    right of column i in the rows k with T_ki = 1."""
+    """Return the child joints of body i from the path matrix T: the first joints to the right of column i in the rows k
+    with T_ki = 1."""
     first = {next((j for j in range(i + 1, len(T)) if T[k, j]), None) for k in range(len(T)) if T[k, i]}
     return sorted(j for j in first if j is not None)
 
@@ -247,8 +252,7 @@ def _check_start(joint: Joint) -> None:
 
 
 def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
-    """Return the names of all coordinates q and of all velocities v, made of joint and component, or of body and
-    mode."""
+    """Return the names of all coordinates q and of all velocities v: joint and component, or body and mode."""
     q: list[str] = []
     v: list[str] = []
     for k in graph.links:

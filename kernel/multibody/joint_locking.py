@@ -88,8 +88,7 @@ def halt_function(k: int, tree: Tree) -> Function:
 
 
 def merged(tree: Tree) -> Tree:
-    """Return a tree with the mass of each body behind a fixed joint added to the body that carries it; numbers are
-    floats."""
+    """Return a tree, in floats, with the mass of each body behind a fixed joint added to the body that carries it."""
     bodies = list(tree.bodies)
     for i in reversed(range(len(bodies))):
         b = bodies[i]
@@ -119,8 +118,10 @@ def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
 
 
 def gathered(inertia: Array, parts: Sequence[tuple[Any, Array]]) -> tuple[float, Array, Array]:
-    """Return mass, centre of mass and inertia about that centre of several joined `parts` (mass, centre); `inertia` (3,
-    3): sum of the parts' own inertias."""
+    """Return mass, centre of mass and inertia about that centre of several joined `parts` (mass, centre).
+
+    `inertia` (3, 3): sum of the parts' own inertias.
+    """
     mass = sum(m for m, _ in parts)
     com = sum((m * x for m, x in parts), np.zeros(3)) / mass if mass else np.zeros(3)
     # Steiner's theorem about the common centre of mass

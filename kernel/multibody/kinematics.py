@@ -26,13 +26,12 @@ from .trees import Tree
 
 @dataclass
 class Kinematics:
-    """Motion of all bodies of a tree in world axes: rotation R_WB, r from the tree's reference point o to the body's
-    origin, twist V, bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt of each
-    joint.
+    """Motion of all bodies of a tree in world axes.
 
-    A mode does not move the floating frame, so its column in S is zero. `modes`: coordinates, rates and accelerations
-    of a flexible body (accelerations 0, as for the joints in A); `carried`: the columns of the parent's modes at the
-    joint of a body that a flexible body carries.
+    Rotation R_WB, r from the tree's reference point o to the body's origin, twist V, bias acceleration A (gravity as
+    upward acceleration of the ground), columns S and dq/dt of each joint. A mode does not move the floating frame, so
+    its column in S is zero. `modes`: coordinates, rates and accelerations of a flexible body (accelerations 0, as for
+    the joints in A); `carried`: the columns of the parent's modes at the joint of a body that a flexible body carries.
     """
 
     o: Array
@@ -51,9 +50,12 @@ Base = tuple[Array, Array, Array, Array]  # R, r, V, A of what a root stands on
 
 
 def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), base: Base | None = None) -> Kinematics:
-    """Return the motion of all bodies of a tree (Ku et al. 2012, Fig. 6 (a), (b)) with zero joint accelerations except
-    those of the prescribed joints, a_ref (n_prescribed,). `base`: the body that carries the root, if that is not the
-    ground; r then counts from the reference point of its tree."""
+    """Return the motion of all bodies of a tree with zero accelerations of the free joints (Ku et al. 2012, Fig. 6 (a),
+    (b)).
+
+    a_ref (n_prescribed,): accelerations of the prescribed joints. `base`: the body that carries the root, if that is
+    not the ground; r then counts from the reference point of its tree.
+    """
     # gravity as upward acceleration of the ground, so that no weight has to be applied to any body (Featherstone, 5.3)
     ground = (exact(np.eye(3)), np.zeros(3), np.zeros(6), join(np.zeros(3), [0.0, 0.0, g]))
     K = Kinematics(o=np.zeros(3), g=g)
@@ -109,7 +111,7 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
 
 
 def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
-    """Return the velocity column (6,) by which degree of freedom k, on the path of body i, moves body i."""
+    """Return the velocity (6,) of body i at unit speed of degree of freedom k, which lies on its path to the ground."""
     on = tree.body_of_dof[k]
     b = tree.bodies[on]
     mode = k - b.v_modes.start
@@ -139,25 +141,29 @@ def _to_body(r: Array, R: Array) -> Any:
 
 
 def shared_inertia(tree: Tree, K: Kinematics) -> Iterator[tuple[int, int, Any]]:
-    """Yield the numbers of two bodies that share water and the matrix (6, 6) from the twist of the second to the
-    momentum of the water at the first, in world axes about the tree's reference point."""
+    """Yield the numbers of two bodies that share water, and the added mass (6, 6) between them.
+
+    From the twist of the second to the momentum of the water at the first, in world axes about the tree's reference
+    point.
+    """
     for i, b in enumerate(tree.bodies):
         if b.shared is not None and b.beside is not None:
             yield i, b.beside, _to_body(K.r[i], K.R[i]).T @ b.shared.A @ _to_body(K.r[b.beside], K.R[b.beside])
 
 
 def body_inertia(tree: Tree, K: Kinematics, i: int) -> Any:
-    """Return the inertia (6, 6) of a rigid body, including added mass, in world axes about the tree's reference
-    point."""
+    """Return the inertia (6, 6) of a rigid body with added mass, in world axes about the tree's reference point."""
     b = tree.bodies[i]
     J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
     return J if b.added is None else J + added_inertia(b.added.A, K.r[i], K.R[i])
 
 
 def newton_euler(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Return mass matrix M (6, 6) and force p (6,) of each body such that M x + p is the sum of its joint wrenches. x
-    (6,): acceleration of the body beyond the bias K.A; world axes about the tree's reference point; W: applied wrenches
-    (6,)."""
+    """Return mass matrix M (6, 6) and force p (6,) of each body such that M x + p is the sum of its joint wrenches.
+
+    x (6,): acceleration of the body less its bias K.A; world axes about the tree's reference point; W: applied wrenches
+    (6,).
+    """
     M, p = [], []
     for i, b in enumerate(tree.bodies):
         J = body_inertia(tree, K, i)

@@ -42,8 +42,7 @@ def axes_of(joint: Joint) -> np.ndarray:
 
 
 def placement(kind: JointKind, axes: Array, pitch: Scalar, q: Any) -> tuple[Array, Array]:
-    """Return rotation R_JB (3, 3) and position p_JB (3,) [m] of a joint's child in the joint frame; `axes` as from
-    `axes_of`."""
+    """Return rotation R_JB (3, 3) and position p_JB (3,) [m] of a joint's child in the joint frame, with its `axes`."""
     joint = JOINTS[kind]
     if joint.quaternion is not None:
         return quaternion_matrix(*q[joint.quaternion :]), q[: joint.quaternion] if joint.quaternion else np.zeros(3)
@@ -82,8 +81,10 @@ def speeds(kind: JointKind, q: Array, rate: Array) -> Any:
 
 
 def columns(b: Jointed, q: Array, v: Array, R_WJ: Array, R_WB: Array, r: Array) -> tuple[list[Any], Any]:
-    """Return the velocity columns S of a joint, each (6,), and its bias (6,) (None if structurally zero). World axes
-    about the tree's reference point; r (3,) from that point to the child's origin [m]."""
+    """Return the velocity columns S of a joint, each (6,), and its bias (6,) (None if structurally zero).
+
+    World axes about the tree's reference point; r (3,) from that point to the child's origin [m].
+    """
     joint = JOINTS[b.kind]
     if joint.quaternion is not None:
         slides = [_column(False, r, e) for e in R_WB.T] if joint.quaternion else []

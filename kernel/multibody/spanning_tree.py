@@ -17,8 +17,10 @@ from heavylift.kernel.errors import KernelError
 
 
 def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str, Joint], tuple[Joint, ...]]:
-    """Return the joint that carries each body, and the joints that close loops, in the order of the list. Raises
-    KernelError for a joint that connects a body to itself, and for a loop in which no joint can be cut."""
+    """Return the joint that carries each body, and the joints that close loops, in the order of the list.
+
+    Raises KernelError for a joint that connects a body to itself, and for a loop in which no joint can be cut.
+    """
     waiting = list(joints.values())
     for j in waiting:
         if j.parent == j.child:

@@ -121,8 +121,8 @@ class Tree:
 
     @property
     def dof_paths(self) -> list[list[int]]:
-        """For each degree of freedom, the degrees of freedom between it and the ground, nearest first, then those of a
-        body with which the root shares water: the sparsity pattern of H."""
+        """For each degree of freedom, those between it and the ground, nearest first, then those of a body with which
+        the root shares water: the sparsity pattern of H."""
         paths: list[list[int]] = []
         last: list[int | None] = []
         for b in self.bodies:
@@ -278,6 +278,5 @@ def _pattern(body: TreeBody) -> list[str]:
 
 
 def structural(x: float) -> bool:
-    """Return whether a number is 0, 1 or -1 and so belongs to the structure of the code rather than to the
-    parameters."""
+    """Return whether a number is 0, 1 or -1 and so belongs to the structure of the code, not to the parameters."""
     return x in (0.0, 1.0, -1.0)

@@ -9,8 +9,8 @@ held_rows            constraint rows: closed at the start, impulses at events
 snapshots            complete states from which a run can continue
 call_protocol        the allowed sequence of calls
 shared_loads         warning of loads that rigid bodies do not determine
-native               native functions and state: step, root finding of guards in the dense output, sample
-assembly, impacts    loops closed at the start and kept closed; impulses at events
+native               native code and state: step, projection onto the constraints (no Baumgarte), location of events
+assembly, impacts    loops closed at the start and kept closed; impulses at events (Delassus, Gauss-Seidel)
 safeguards           refusals, damping and warnings
 """
 

@@ -52,14 +52,13 @@ class CommandSwitches:
         references.admit = switches.admit = self.admit
 
     def admit(self, what: str) -> None:
-        """Register a command, after which `settle` checks the guards again, since it may undo an event at the same
-        time. Raises KernelError if commands are not allowed now (see `call_protocol`)."""
+        """Register a command to the simulation, after which `settle` checks the guards again. Raises KernelError if
+        commands are not allowed now (see `call_protocol`)."""
         self._order.command(what, self._native.epoch)
         self._events.forget()
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master signal ("":
-        none)."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s from now on; s: value of a master signal ("": none)."""
         self._standing("set_follow")
         self.references.set_follow(actuator, self._native.epoch, master, f, self.masters_now())
 
@@ -75,7 +74,10 @@ class CommandSwitches:
 
     def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
         """Lock a joint in its position or release it; return the event with the energy lost [J], or None if nothing
-        changed. An impulse stops a moving joint; a released joint continues without a jump."""
+        changed.
+
+        An impulse stops a moving joint; a released joint continues without a jump.
+        """
         self._standing("set_lock")
         lock_of(self._native.program.system, lock)
         if engaged == (lock in self._native.program.locked):
@@ -253,8 +255,7 @@ class CommandTarget(ABC):
         """Return the command receiver of the simulation that contains the law of this name."""
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Start a trapezoid speed profile of an actuator from its present value and speed (see
-        `References.set_profile`)."""
+        """Start a trapezoid speed profile of an actuator from its present value and speed (see `References`)."""
         commands = self._addressed("set_profile", "reference", name)
         commands.references.set_profile(name, start_ns, speed, accel, distance)
 
@@ -263,8 +264,7 @@ class CommandTarget(ABC):
         self._addressed("set_signal", "reference", name).set_signal(name, value)
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master signal ("":
-        none)."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s from now on; s: value of a master signal ("": none)."""
         self._addressed("set_follow", "reference", actuator).set_follow(actuator, master, f)
 
     def set_brake(self, brake: str, engaged: bool) -> None:
@@ -273,7 +273,10 @@ class CommandTarget(ABC):
 
     def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
         """Lock a joint in its position or release it; return the event with the energy lost [J], or None if nothing
-        changed. An impulse stops a moving joint; a released joint continues without a jump."""
+        changed.
+
+        An impulse stops a moving joint; a released joint continues without a jump.
+        """
         return self._addressed("set_lock", "lock", lock).set_lock(lock, engaged)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:

@@ -26,19 +26,17 @@ CHATTER = 200  # events at one instant, after which the laws contradict each oth
 
 
 class Events:
-    """The located event and the past events of a run. `fallen`: guards that are negative at the located event; `t_ns`:
-    its time; `before`: state block X before the event was located; `log`: past events with times [ns]; `instant`:
-    number of consecutive events at the same time."""
+    """The located event and the past events of a run."""
 
     def __init__(
         self, native: NativeState, integrator: Integrator, switches: Switches, held: HeldRows, step: float
     ) -> None:
         self._native, self._integrator, self._switches, self._held = native, integrator, switches, held
-        self.fallen: list[int] = []
-        self.t_ns = FOREVER_NS
-        self.before: np.ndarray | None = None
-        self.instant = 0
-        self.log: list[tuple[int, StateChange]] = []
+        self.fallen: list[int] = []  # guards that are negative at the located event
+        self.t_ns = FOREVER_NS  # its time [ns]
+        self.before: np.ndarray | None = None  # X before the event was located
+        self.instant = 0  # consecutive events at the same time
+        self.log: list[tuple[int, StateChange]] = []  # past events with times [ns]
         self._elastic = [r.name for r in native.program.system.ropes]
         self.rattling = Rattling(max(step, RESOLVED))
         self.patience = StepBudget(round(RESOLVED * 1e9))
@@ -70,7 +68,7 @@ class Events:
                 switched.append(found)
 
     def look(self) -> None:
-        """Register guards that are negative after a jump of the state as an event at the present time."""
+        """Look for guards that are negative after a jump of the state; they become an event at the present time."""
         self.fallen = self._below()
         self.t_ns = self._native.epoch if self.fallen else FOREVER_NS
 
@@ -78,8 +76,7 @@ class Events:
         return [i for i, x in enumerate(self._native.part("G").tolist()) if x < 0.0]
 
     def locate(self) -> None:
-        """Locate the event of a guard that became negative in the tentative step: find its nanosecond and the guards
-        that are negative there."""
+        """Locate the event in the tentative step at which a guard becomes negative, to the nanosecond."""
         native = self._native
         # the first nanosecond at which the guard is negative: half-open interval (t0, t1], so that an event fires once
         t_ns = native.epoch + max(0, ceil((native["t0"] + native["hi"] * native["h0"]) * 1e9))
@@ -106,8 +103,8 @@ class Events:
             self._integrator.take_back()
 
     def take(self) -> tuple[list[int], int]:
-        """Commit the step up to the event; return its negative guards and time. Raises KernelError for too many
-        events."""
+        """Commit the step up to the located event; return its negative guards and its time. Raises KernelError for too
+        many events."""
         fallen, t_ns = self.fallen, self.t_ns
         self.forget()
         self._integrator.commit()
@@ -117,15 +114,14 @@ class Events:
         return fallen, t_ns
 
     def preview(self) -> list[StateChange]:
-        """Return the changes of law states at the located event, without changing the state."""
+        """Return the state changes of force laws that the located event would cause, without changing anything."""
         P, X = self._native.P.copy(), self._native.X.copy()
         events = self.switch(self.fallen, self.t_ns)
         self._native.P[:], self._native.X[:] = P, X
         return events
 
     def switch(self, fallen: list[int], t_ns: int) -> list[StateChange]:
-        """Switch the laws of negative guards in a fixed order, then rigid ropes and contacts together; return the
-        changes."""
+        """Switch the laws whose guards are negative, then rigid ropes and contacts; return the state changes."""
         native, guards = self._native, self._native.program.guards
         # one row for all laws, so that no law sees the switched state of another
         row = native.row()
@@ -148,16 +144,15 @@ class Events:
 
     def heat(self, before: SimpleNamespace) -> None:
         # a switch keeps coordinates and velocities; elastic energy that a law forgets becomes its heat
-        """Count the stored energy that switched laws have lost since `before` as their heat, and energy gained as
-        negative heat."""
+        """Count the stored energy that laws lost by switching as heat; `before`: sample row before they switched."""
         native = self._native
         first = native.program.nq + native.program.nv
         stored = native.method.row_layout.at["stored"]
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log events that have happened. Add a note for a beam at its first limit, and make a rope that switches too
-        often continue without events."""
+        """Log events that have happened; add a note for a beam at its first deflection limit, and make a rope that
+        switches too often continue without events."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:

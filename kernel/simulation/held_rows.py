@@ -16,7 +16,7 @@ TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 
 
 class HeldRows:
-    """The constraints of a run (loops, rigid ropes, contacts); only the decisions at events are not native code."""
+    """The constraint rows of a run: loops, rigid ropes and contacts, with the decisions at events."""
 
     def __init__(self, native: NativeState, references: References) -> None:
         self._native, self._references = native, references
@@ -33,8 +33,7 @@ class HeldRows:
             self._pivots = native.part("pivot").copy()
 
     def measure(self) -> None:
-        """Record the present pivots, which show how independent the constraint rows are, as the reference for later
-        checks."""
+        """Record the present pivots (measures of the independence of constraint rows) as reference for checks."""
         if len(self._native.program.constraints):
             self._pivots = self._native.close(self._native.state.copy())[3]
 
@@ -59,8 +58,7 @@ class HeldRows:
             raise error
 
     def locked(self, t: float) -> KernelError | None:
-        """Return the error that explains why no step could be taken, if dependent constraint rows are the reason; else
-        None."""
+        """Return the error for steps that became too small if dependent constraint rows are the reason; else None."""
         native = self._native
         if not len(native.program.constraints):
             return None
@@ -69,8 +67,7 @@ class HeldRows:
         return locked(native.program, self._pivots, pivot, t, self._moving() if apart else [])
 
     def torn(self, rope: str) -> str:
-        """Return, as part of a message, why a rigid rope switches endlessly between taut and slack; "" if no drive
-        causes it."""
+        """Return why a rigid rope switches endlessly between taut and slack; "" if no drive causes it."""
         native, system = self._native, self._native.program.system
         row = len(native.program.constraints.of) + [r.name for r in system.rigid_ropes].index(rope)
         movable = bool(native.instant().constraint_rows().movable[row])

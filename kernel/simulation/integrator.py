@@ -46,8 +46,7 @@ class Integrator:
         self._recorder.drain()
 
     def led(self, t: float) -> None:
-        """Advance the run to local time t [s] in forced steps: one step, or repeatedly halved ones if the method
-        fails."""
+        """Advance the run to local time t [s] in one forced step, or in halves of it if the method fails."""
         # each half ends in a committed state, from which the rest is tried again
         ends = [t]
         while ends:
@@ -61,8 +60,10 @@ class Integrator:
                 ends.append(0.5 * (self.native["t"] + ends[-1]))
 
     def forced(self, t: float) -> bool:
-        """Take a forced step to local time t [s] without a change of step control. Returns False if the step has no
-        solution: the state is then restored, and the next step goes half as far."""
+        """Take a forced step to local time t [s] without a change of step control; return whether it has a solution.
+
+        If not, the state is restored, and the next step goes half as far.
+        """
         native = self.native
         if self._solved(t):
             return True
@@ -124,7 +125,7 @@ class Integrator:
         native.call("refresh")
 
     def note_peaks(self) -> None:
-        """Raise the recorded peak tensions of ropes to the present tensions where these are higher."""
+        """Raise the recorded peak tension of each rope to its present tension if this is higher."""
         native = self.native
         T, peak, when = (native.part(name) for name in ("T", "peak", "peak_time"))
         if (higher := peak < T).any():

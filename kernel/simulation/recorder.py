@@ -14,17 +14,15 @@ from heavylift.kernel.simulation.safeguards.step_check import EnergyCheck, StepC
 
 
 class SampleRecorder:
-    """Recorder of a run's samples. `rows`: times [ns] and rows; `number`: number of the next periodic sample; `steps`:
-    check of fixed steps; `rested`: a past period of rest: time of its first sample without a row [ns], its end [ns],
-    its row."""
+    """Recorder of a run's samples, which checks each row and stores it with its time."""
 
     def __init__(self, native: NativeState, sample_ns: int, tolerance: float, step: float | None) -> None:
         self._native, self.sample_ns, self._step = native, sample_ns, step
-        self.rows: list[tuple[int, np.ndarray]] = []
-        self.number = 1
-        self.rested: tuple[int, int, np.ndarray] | None = None
+        self.rows: list[tuple[int, np.ndarray]] = []  # times [ns] and rows
+        self.number = 1  # of the next periodic sample
+        self.rested: tuple[int, int, np.ndarray] | None = None  # a past rest: first sample without a row, end [ns], row
         self.energy = EnergyCheck(native, tolerance, step)
-        self.steps = None if step is None else StepCheck(native, step)
+        self.steps = None if step is None else StepCheck(native, step)  # check of fixed steps
 
     @property
     def next_ns(self) -> int:
@@ -106,8 +104,7 @@ class SampleRecorder:
     # ---- rests --------------------------------------------------------------------------------------------
 
     def rest(self, t_ns: int) -> None:
-        """Record a period of rest up to t_ns as one row, which `unroll` repeats; raises KernelError for lasting
-        compression."""
+        """Record a period of rest up to t_ns as one row for `unroll`; raises KernelError for lasting compression."""
         first = self.next_ns
         if first > t_ns:
             return
@@ -125,7 +122,7 @@ class SampleRecorder:
                 return
 
     def unroll(self, start_ns: int = 0) -> bool:
-        """Write the next samples of a period of rest, from a given time on, as rows; return whether more remain."""
+        """Write the next samples of a stored period of rest as rows, from a time on; return whether more remain."""
         if self.rested is None:
             return False
         first, end, row = self.rested

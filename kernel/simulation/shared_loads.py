@@ -16,7 +16,7 @@ NAMED = 6
 
 
 def note_shared_loads(native: NativeState, looked: set[frozenset[str]]) -> None:
-    """Add the note about statically indeterminate load sharing, once for each set of taut ropes; `looked`: the sets of
+    """Add a note about loads that rigid bodies do not determine, once for each set of taut ropes; `looked`: the sets of
     taut ropes checked so far."""
     p = native.program
     c = p.constraints

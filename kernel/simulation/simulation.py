@@ -44,8 +44,11 @@ SPELL = 4000  # attempted steps in one native call at most: 25 ms
 
 
 class Simulation(CommandTarget):
-    """Simulation of one system; `subscribed`: laws whose events stop `run`; other arguments as in `Options`. Raises
-    KernelError for an invalid system or option."""
+    """Simulation of one mechanical system, from event to event.
+
+    `subscribed`: laws whose events stop `run`; other arguments as in `Options`. Raises KernelError for an invalid
+    system or option.
+    """
 
     def __init__(
         self,
@@ -80,7 +83,7 @@ class Simulation(CommandTarget):
 
     @property
     def method(self) -> Stepping:
-        """The native functions, which also define the columns of a sample row."""
+        """The native functions compiled for this simulation and method, with the layout of sample rows."""
         return self.native.method
 
     @property
@@ -194,7 +197,7 @@ class Simulation(CommandTarget):
         return self.events.preview()
 
     def fire(self) -> list[StateChange]:
-        """Integrate to the located event and switch the laws of negative guards in a fixed order; return the events."""
+        """Integrate to the located event and switch the laws whose guards are negative; return the events."""
         if not self.events.fallen:
             self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
@@ -249,8 +252,10 @@ class Simulation(CommandTarget):
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
         # a flexible body near buckling counts time, so that its samples are not all alike
-        """Return the time [ns] of the next sample and its row if nothing moves, so that all following samples repeat it
-        until a command comes; None if something moves. Does not change the state."""
+        """Return the time [ns] of the next sample and its row if nothing moves; None if something moves.
+
+        All following samples repeat the row until a command comes. Does not change the state.
+        """
         native = self.native
         bending = [x for x in self.program.guards if x[0] == "bending"] if self.program.axial else []
         if not self.still or any(self.P[self.program.parameters.at[x]][2] >= 0.0 for x in bending):
@@ -267,8 +272,7 @@ class Simulation(CommandTarget):
         return self.native.shown(t_ns, self.events.before, self.still)
 
     def settle(self) -> None:
-        """Recompute derivative and guards after an event or command; guards that are negative become immediate
-        events."""
+        """Recompute derivative and guards after an event or command; negative guards become immediate events."""
         native, program = self.native, self.program
         self.order.check_standing("settle", self.epoch)
         if self.order.phase == STOPPED:  # by a command; else it was done where the stretch begins

@@ -86,8 +86,7 @@ def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:
 
 
 def mark(run: object) -> Snapshot:
-    """Return the part of a simulation's state that changes between events, which `back` restores; cheaper than a
-    snapshot."""
+    """Return a copy of the state that changes between events, which `back` restores; cheaper than a snapshot."""
     return {path: {k: copy(x) for k, x in values.items()} for path, values in read(run, CHANGED).items()}
 
 

@@ -123,8 +123,7 @@ def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
 
 
 def picture(rec: Recording, draw: Callable[[Recording, Path], Path], title: str) -> Iterator[Chart]:
-    """Yield the figure that `draw` makes of a recording as a PNG chart; yield nothing if the recording lacks the
-    data."""
+    """Yield a PNG chart of a recording drawn by the function `draw`; yield nothing if the recording lacks the data."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             yield Chart(title, draw(rec, Path(folder) / "drawn.png").read_bytes())

@@ -39,8 +39,10 @@ class Facts:
 
 
 def facts(rec: Recording, verdict: RecordedVerdict | None = None) -> Facts:
-    """Return the data from which a report is made; raises RecordingError for a recording of a DEVS model. `verdict`:
-    used if the recording contains no verdict."""
+    """Return the data from which a report is made; raises RecordingError for a recording of a DEVS model.
+
+    `verdict`: used if the recording contains no verdict.
+    """
     with rec.reading():
         if "model" in rec.run:
             raise RecordingError(
@@ -86,8 +88,7 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def block_rows(plan: dict[str, Any]) -> list[tuple[str, list[float], str]]:
-    """Return the properties of the block as rows (name, one or three numbers, unit); u, v, w are the axes of the
-    block."""
+    """Return the properties of the block as rows (name, one or three numbers, unit); u, v, w are its axes."""
     block = machines.block(plan)
     if not block:
         return []

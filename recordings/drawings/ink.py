@@ -37,8 +37,7 @@ class Text(NamedTuple):
 
 
 class DimensionLine(NamedTuple):
-    """A dimension between two points: horizontal (h) with its dimension line at y = `at`, or vertical (v) with its
-    dimension line at x = `at`."""
+    """A horizontal (h) or vertical (v) dimension between two points, with its dimension line at y or x = `at`."""
 
     a: tuple[float, float]
     b: tuple[float, float]
@@ -52,7 +51,7 @@ Item = Path | Text | DimensionLine
 
 @dataclass
 class View:
-    """A view drawn at scale 1 : `scale`: its items are in coordinates of the view, whose origin is at `place` on the
+    """A view drawn at scale 1 : `scale`: its items in their own coordinates, and the place of their origin on the
     sheet."""
 
     title: str
@@ -114,8 +113,7 @@ def _turn(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> f
 
 
 def clipped(outline: Floats, low: Floats, high: Floats) -> Floats:
-    """Return the part of a convex outline inside a box (Sutherland and Hodgman); empty if the outline is outside the
-    box."""
+    """Return the part of a convex outline inside a box (Sutherland and Hodgman); empty if it is outside the box."""
     for axis in (0, 1):
         for sign, bound in ((1.0, high[axis]), (-1.0, -low[axis])):
             kept = list[Floats]()

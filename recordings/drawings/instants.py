@@ -55,8 +55,8 @@ class DrawnHook(NamedTuple):
 
 
 class DrawnInstant(NamedTuple):
-    """Everything drawn of one instant of a run: time [s], solids, ropes and hooks; mass of the block [kg]; the smallest
-    clearance of the run if it occurs at this instant."""
+    """Everything drawn of one instant of a run: time [s], solids, ropes and hooks, the block's mass [kg], and the
+    smallest clearance of the run if it occurs at this instant."""
 
     title: str
     t: float
@@ -70,7 +70,7 @@ class DrawnInstant(NamedTuple):
     afloat: bool
 
     def of(self, *kinds: str) -> Floats:
-        """Return the corners (n, 3) [m] of all solids of these kinds."""
+        """Return the corners (n, 3) [m] of all solids of the given kinds in the drawing."""
         return np.concatenate([np.zeros((0, 3)), *(x.corners for x in self.solids if x.kind in kinds)])
 
 

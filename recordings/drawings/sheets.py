@@ -188,8 +188,7 @@ def write_dxf(
     project: Mapping[str, str],
     force: bool = False,
 ) -> FilePath:
-    """Write the drawings of a recording to a .dxf file; raises RecordingError if ezdxf is not installed or no load is
-    suspended."""
+    """Write a recording's drawings to a .dxf file; raises RecordingError without ezdxf or a suspended load."""
     path = output_path(out, "a drawing", ENDINGS)
     missing = "drawings as DXF need ezdxf: pip install 'heavylift[drawings]'; or write the report as .html or .pdf"
     library: Any = extra("ezdxf", RecordingError(missing))

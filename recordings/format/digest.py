@@ -38,7 +38,7 @@ class Spool:
         self._size, self._end = 0, True  # whether the file stands at its end
 
     def write(self, data: bytes) -> None:
-        """Append data; raises RecordingError if the disk is full."""
+        """Append data to the temporary storage; raises RecordingError if the disk is full."""
         try:
             if not self._end:
                 self._file.seek(self._size)
@@ -51,8 +51,10 @@ class Spool:
         self._size += len(data)
 
     def read(self, size: int, at: int | None = None) -> bytes:
-        """Return `size` bytes from the position `at` (None: from the end of the last read); fewer bytes at the end of
-        the data."""
+        """Read `size` bytes of the temporary storage from the position `at`; fewer bytes at the end of the data.
+
+        `at` None: from the end of the last read.
+        """
         self._end = False
         if at is not None:
             self._file.seek(at)
@@ -75,24 +77,27 @@ class Digest:
         self._total = ""
 
     def event(self, t_ns: int, k: int, source: str, port: str, index: int, type: str, payload: bytes) -> None:
-        """Add an event with its canonical bytes."""
+        """Add an event, given as canonical bytes, to the digest of the run."""
         self._total = ""
         self._events.add((t_ns, k, source, port, index, type, payload))
 
     def samples(self, number: int, t_ns: int, row: bytes, lift: str = "") -> None:
-        """Add a sample row: its number, simulation time [ns] and float64 bytes. `lift`: the single lift to which the
-        row belongs, "" for rows of all lifts."""
+        """Add a sample row to the digest of the run: its number, simulation time [ns] and float64 bytes.
+
+        `lift`: the single lift to which the row belongs, "" for rows of all lifts.
+        """
         self._total = ""
         rows = self._lifts.setdefault(lift, _RowHashes()) if lift else self._rows
         rows.add(number, hashlib.sha256(_NUMBERS.pack(number, t_ns) + row).digest())
 
     def note(self, number: int, t_ns: int, sentence: str) -> None:
-        """Add a note of the node that sends samples: its number, simulation time [ns] and sentence."""
+        """Add a note from the node that sends samples to the digest of the run: its number, simulation time [ns] and
+        sentence."""
         self._total = ""
         self._notes[number] = hashlib.sha256(msgspec.msgpack.encode((number, t_ns, sentence))).digest()
 
     def hexdigest(self) -> str:
-        """Return the SHA-256 hash of everything added so far, as hexadecimal text."""
+        """Return the digest of everything added so far: its SHA-256 hash as hexadecimal text."""
         if self._total:
             return self._total
         total = hashlib.sha256(_NUMBERS.pack(self._events.count, self._rows.count))

@@ -24,7 +24,7 @@ class HookMachine(NamedTuple):
 
 
 def cranes(plan: Data) -> list[HookMachine]:
-    """Return all machines with hooks."""
+    """Return all machines of a plan that have hooks."""
     found = []
     for machine in (machine for machine in plan.get("machines", []) if machine.get("hooks")):
         hooks = sorted(machine["hooks"], key=lambda hook: str(hook["rope"]))

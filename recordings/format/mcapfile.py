@@ -58,7 +58,7 @@ class McapFile:
         self._record(r.Header(profile="", library=library))
 
     def metadata(self, name: str, facts: Mapping[str, str]) -> None:
-        """Write a record of metadata."""
+        """Write a metadata record with a name and texts to the MCAP file."""
         self._close_chunk()
         offset, length = self._record(r.Metadata(name=name, metadata=dict(facts)))
         self._metadata.append(r.MetadataIndex(offset=offset, length=length, name=name))
@@ -81,7 +81,7 @@ class McapFile:
         )
 
     def schema(self, name: str, language: str, data: bytes) -> int:
-        """Write a schema and return its number."""
+        """Write a message schema to the MCAP file and return its number."""
         self._schemas.append(r.Schema(id=len(self._schemas) + 1, data=data, encoding=language, name=name))
         self._chunk += _bytes(self._schemas[-1])
         return len(self._schemas)
@@ -96,7 +96,7 @@ class McapFile:
         return number
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """Append a message."""
+        """Append a message to a channel of the MCAP file."""
         chunk = self._chunk
         if not self._entries:
             self._first = self._last = log_ns
@@ -227,8 +227,7 @@ READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "n
 
 
 def failing(error: BaseException) -> str:
-    """Return the name of the library that caused an error, by a failed import or a defect; "" if damaged data caused
-    the error."""
+    """Return the name of the library whose import failure or defect caused an error; "" if damaged data caused it."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):

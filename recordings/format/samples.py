@@ -73,8 +73,8 @@ def unit_of(unit: str, column: str) -> str:
 
 
 class SampleChannel(msgspec.Struct, frozen=True):
-    """The columns `start` to `stop` of a sample row: topic such as "rope/tension", a name for each column, and their
-    common unit."""
+    """The columns `start` to `stop` of a sample row: topic such as "rope/tension", names of columns, and common
+    unit."""
 
     topic: str
     names: list[str]
@@ -84,9 +84,11 @@ class SampleChannel(msgspec.Struct, frozen=True):
 
 
 class SampleLayout(msgspec.Struct, frozen=True):
-    """Layout of sample rows: their channels. `recalled`: number of leading rows that come from another recording;
-    `most`: the largest value of each column in that recording; `lifts`: layouts of the rows of single lifts, which are
-    written at events of the lift."""
+    """Layout of sample rows: the channels to which their columns belong.
+
+    `recalled`: number of leading rows that come from another recording; `most`: the largest value of each column in
+    that recording; `lifts`: layouts of the rows of single lifts, which are written at events of the lift.
+    """
 
     channels: list[SampleChannel]
     recalled: int = 0
@@ -103,8 +105,7 @@ class SampleLayout(msgspec.Struct, frozen=True):
         return next((channel for channel in self.channels if channel.topic == topic), None)
 
     def check(self) -> "SampleLayout":
-        """Return the layout unchanged; raises RecordingError unless its topics are unique and each column has a
-        name."""
+        """Return the layout unchanged; raises RecordingError unless topics are unique and each column has a name."""
         topics: set[str] = set()
         for channel in self.channels:
             columns = channel.stop - channel.start
@@ -161,8 +162,7 @@ def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
 
 
 class Field(msgspec.Struct, frozen=True):
-    """Place of a signal in the messages of `/samples`: name of the signal, message field, unit, and a name for each
-    column."""
+    """Place of a signal in the messages of `/samples`: its name, message field and unit, and names of its columns."""
 
     signal: str
     field: str
@@ -171,8 +171,8 @@ class Field(msgspec.Struct, frozen=True):
 
 
 def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
-    """Return the message fields for these channels; the field of the channel `rope/peak_time` is called
-    rope_peak_time."""
+    """Return the message fields for these channels, such as the field rope_peak_time for the channel
+    `rope/peak_time`."""
     fields: list[Field] = []
     taken: set[str] = set()
     for channel in channels:
@@ -203,7 +203,7 @@ NOTHING = -40  # power of two of what is no value
 
 
 class Columns:
-    """The recorded columns of rows with one layout: `fields` of numbers, followed by seven columns for each of the
+    """The recorded columns of rows with one layout: `fields` of numbers, then seven columns for each of the
     `bodies`."""
 
     def __init__(self, layout: SampleLayout) -> None:

@@ -49,8 +49,11 @@ def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
 
 
 class Template:
-    """Template of messages that differ only in numbers and time. `build(timestamp, numbers)`: function that makes one
-    message with the protobuf library; `stamps`: number of places in the message that hold the time."""
+    """Template of protobuf messages that differ only in numbers and time, for fast encoding.
+
+    `build(timestamp, numbers)`: function that makes one message with the protobuf library; `stamps`: number of places
+    in the message that hold the time.
+    """
 
     def __init__(self, build: Callable[[Timestamp, list[float]], Message], numbers: int, stamps: int) -> None:
         markers = b"".join(struct.pack("<HIH", 0xA7F5, i, 0x7E5A) for i in range(numbers))  # finite doubles
@@ -81,7 +84,7 @@ class Template:
         return out
 
     def decode(self, data: NDArray[np.uint8], *wanted: slice) -> list[NDArray[np.float64]]:
-        """Return the numbers (n, numbers) of messages (n, bytes) made by `encode`; raises ValueError for other
+        """Return the numbers (n, numbers) in messages (n, bytes) from `encode`; raises ValueError for other
         messages."""
         if data.shape[1] != len(self._image) or ((data != self._image) & self._fixed).any():
             raise ValueError(WRONG)
@@ -111,8 +114,7 @@ def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Descript
 
 
 def samples_template(fields: Sequence[Field]) -> Template:
-    """Return the template of a run's `heavylift.Samples` messages, whose numbers are the columns of the fields in
-    order."""
+    """Return the template of a run's `heavylift.Samples` messages, with the columns of the fields as their numbers."""
     message = GetMessageClass(samples_descriptor([field.field for field in fields]))
 
     def build(_: Timestamp, numbers: list[float]) -> Message:
@@ -164,8 +166,7 @@ class RecordedEvent(msgspec.Struct, frozen=True):
 
 
 def event_schema(value: Mapping[str, object]) -> bytes:
-    """Return the JSON Schema of an event record whose `value` has the given schema; the $defs of the given schema move
-    to the root."""
+    """Return the JSON Schema of an event record whose `value` has the given schema, whose $defs move to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}
     schema = _record(
         t_ns=INTEGER, microstep=INTEGER, source=STRING, port=STRING, index=INTEGER, type=STRING, value=inner

@@ -31,7 +31,7 @@ OPTIONAL = {"drives": ("stiffness", "damping"), "ropes": ("mass per length", "ma
 
 
 def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
-    """Yield, for each part of a machine that is now written under `elastic`, its former and its present path."""
+    """Yield the former and the present path of each machine part that scenes now list under `elastic`."""
     sections = {key: x for key in (GIRDERS, *OPTIONAL) if isinstance(x := parts.get(key), dict)}
     for name in sections.pop(GIRDERS, {}):
         yield (GIRDERS, name), ("elastic", name)
@@ -60,8 +60,8 @@ def driven(actuator: str) -> str:
 
 
 def called_of(actuator: str) -> tuple[str, str]:
-    """Return the machine of an actuator and the name, for reports, of the part that the actuator moves; if the part has
-    no such name, the name of the actuator and ""."""
+    """Return the machine of an actuator, and the name, for reports, of the part that the actuator moves; if the part
+    has no such name, the name of the actuator and ""."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

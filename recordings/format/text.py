@@ -26,8 +26,7 @@ def shown(data: T) -> T:
 
 
 def cell(value: object) -> object:
-    """Return a value as a CSV cell: a single line, with an apostrophe before a text that a spreadsheet would evaluate
-    as a formula."""
+    """Return a value as a CSV cell in a single line, with an apostrophe before text that would count as a formula."""
     if not isinstance(value, str):
         return value
     return f"'{shown(value)}" if value.lstrip()[:1] in FORMULAS else shown(value)

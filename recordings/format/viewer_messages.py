@@ -34,8 +34,10 @@ STILL = 0.02  # [m], and about [rad]: a body that has moved less leaves its rope
 
 
 class DrawnBox(msgspec.Struct, frozen=True):
-    """A shape drawn on a body: box, ball or cylinder along z; centre, edge lengths [m] and quaternion x y z w in the
-    body's frame, RGBA from 0 to 1; "world" is the ground."""
+    """A shape drawn on a body: a box, a ball, or a cylinder along z.
+
+    Centre, edge lengths [m] and quaternion x y z w in the body's frame, RGBA from 0 to 1; "world" is the ground.
+    """
 
     body: str
     centre: Vector
@@ -117,8 +119,7 @@ def frames_template(bodies: Sequence[str]) -> Template:
 
 
 def ropes_template(lines: int) -> Template:
-    """Return the template of a SceneUpdate of the entity "ropes" with two points per line; its numbers are x y z in the
-    world."""
+    """Return the template of a SceneUpdate of the entity "ropes" with two points per line, x y z in the world."""
 
     def build(time: Timestamp, numbers: list[float]) -> SceneUpdate:
         out = SceneUpdate()
@@ -134,8 +135,10 @@ def ropes_template(lines: int) -> Template:
 
 
 def turned(q: Floats, points: Floats) -> Floats:
-    """Return points (..., 3) rotated by unit quaternions q (..., 4) = (x, y, z, w): with u = (x, y, z), the result is p
-    + 2 u x (u x p + w p)."""
+    """Return points (..., 3) rotated by unit quaternions q (..., 4) = (x, y, z, w).
+
+    With u = (x, y, z), the result is p + 2 u x (u x p + w p).
+    """
     u, w = q[..., :3], q[..., 3:]
     out: Floats = points + 2.0 * _cross(u, _cross(u, points) + w * points)
     return out
@@ -150,8 +153,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def corners(box: DrawnBox) -> Floats:
-    """Return the corners (8, 3) [m] of a shape in the frame of its body; for a ball or cylinder, the corners of its
-    bounding box."""
+    """Return the corners (8, 3) [m] of a shape, or of the bounding box of a ball or cylinder, in its body's frame."""
     return np.array(box.centre) + turned(np.array(box.turn), CORNERS * np.array(box.size))
 
 
@@ -168,8 +170,7 @@ class Ropes:
         self._drawn = np.full((len(bodies), 7), np.inf)
 
     def moved(self, poses: NDArray[np.float64]) -> bool:
-        """Return whether a body has moved since the rope lines were drawn last; if so, the lines count as drawn at
-        `poses`."""
+        """Return whether a body has moved since the rope lines were drawn last; if so, count the lines as drawn."""
         moved = bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
         if moved:
             self._drawn = poses

@@ -145,9 +145,11 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
 
 
 def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False) -> Iterator[object]:
-    """Yield the readable records of the data section of a damaged file in order, including records inside chunks, from
-    the position of the stream on. `beyond`: also yield records after the data section; `lost`: receives sentences about
-    unreadable parts."""
+    """Yield the readable records of a damaged file in order, from the position of the stream on.
+
+    Records of the data section, including records inside chunks. `beyond`: also yield records after the data section;
+    `lost`: receives sentences about unreadable parts.
+    """
     room = LIMIT + RATIO * size
     while (place := stream.tell()) < size:
         head = stream.read(RECORD.size)

@@ -59,8 +59,7 @@ class FileChannel(NamedTuple):
 
 
 def is_recording(head: bytes) -> bool:
-    """Return whether these are the first bytes of an MCAP file, or of a recording of heavylift whose beginning is
-    damaged."""
+    """Return whether these are the first bytes of an MCAP file, or of a recording with a damaged beginning."""
     return head.startswith(MAGIC) or head[HEADER:].startswith(GENERATOR.encode())
 
 
@@ -262,8 +261,11 @@ class Container:
             yield from found
 
     def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[MessageTable]:
-        """Yield the messages of these channels as tables of messages with equal length. `only`: numbers, in ascending
-        order, of the wanted messages of each channel (None: all); chunks without wanted messages are not unpacked."""
+        """Yield the messages of these channels as tables of messages with equal length.
+
+        `only`: numbers, in ascending order, of the wanted messages of each channel (None: all); chunks without wanted
+        messages are not unpacked.
+        """
         before, wanted = dict.fromkeys(channels, 0), np.array([] if only is None else only, np.int64)
         for index in self._chunks(channels):
             with self.reading():

@@ -36,9 +36,11 @@ class Unknown(ValueError):
 
 
 class Contents:
-    """Contents of a recording, computed from its messages in order until `end`: `digest`, `peaks` of ropes from rounded
-    rows, numbers of `events` and `rows`. `unknown`, `torn`: sentences about values or rows that are missing, in which
-    case there is no digest."""
+    """Contents of a recording, computed from its messages in order: digest, peak tensions, numbers of events and rows.
+
+    `peaks` of ropes from rounded rows; `unknown`, `torn`: sentences about values or rows that are missing, in which
+    case there is no digest.
+    """
 
     def __init__(self) -> None:
         self.peaks: dict[str, Peak] = {}
@@ -49,8 +51,10 @@ class Contents:
         self._notes: list[tuple[int, int, str]] = []
 
     def take(self, topic: str, facts: Mapping[str, str], schema: bytes, t_ns: int, data: bytes) -> None:
-        """Add the next message of a topic to the contents; raises an error for damaged bytes. `facts`: metadata of the
-        topic; `t_ns`: time at which the message was published [ns]."""
+        """Add the next message of a topic to the contents; raises an error for damaged bytes.
+
+        `facts`: metadata of the topic; `t_ns`: time at which the message was published [ns].
+        """
         kind, _, lift = topic.removeprefix("/").partition("/")
         if "port" in facts:
             self._event(schema, data)
@@ -90,7 +94,7 @@ class Contents:
         self._digest.event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(value))
 
     def end(self) -> None:
-        """Complete rows and digest after the last message was added."""
+        """Complete rows and digest of the contents, after the last message."""
         for lift in self._lifts.values():
             self._add(lift)
         for number, (_, t_ns, sentence) in enumerate(sorted(self._notes, key=lambda note: note[0])):
@@ -163,8 +167,7 @@ def _table(messages: list[bytes]) -> NDArray[np.uint8]:
 
 
 def sampler_note(data: bytes) -> tuple[int, int, str] | None:
-    """Return the number, time [ns] and sentence of a note from the node that sends samples; None for any other log
-    line."""
+    """Return number, time [ns] and sentence of a note from the node that sends samples; None for other log lines."""
     line = Log.FromString(data)
     if line.name != SAMPLER or line.level != Log.Level.WARNING:
         return None
@@ -240,7 +243,7 @@ def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice])
 def with_own_rows(
     signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
-    """Return the columns of a signal with the additional rows of single lifts merged in; at equal times, the additional
+    """Return the columns of a signal, with the rows recorded at events of single lifts merged in; at equal times, these
     rows come last."""
     for topic in topics:
         found = _form(topic.name, topic.metadata, signal)

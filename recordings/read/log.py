@@ -27,8 +27,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogTable:
-    """A CSV table as text. `head`: (name, unit) of each column; `rows`: number of each row in the file; `decimal`: the
-    decimal sign."""
+    """A CSV table as text, with `head`: (name, unit) of each column, and `rows`: number of each row in the file."""
 
     path: Path
     head: list[tuple[str, str]]
@@ -37,7 +36,7 @@ class LogTable:
     decimal: str
 
     def error(self, row: int, column: str, what: str) -> RecordingError:
-        """Return an error about a cell of the table, which it names by file, row and column."""
+        """Return an error about a cell of the CSV table, named by file, row and column."""
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
     def unit(self, column: str) -> str:
@@ -104,8 +103,7 @@ class LogTable:
 
 
 def read_log(path: str | Path) -> LogTable:
-    """Read a CSV table; raises RecordingError if the file is missing, empty or binary, or if its rows differ in
-    length."""
+    """Read a CSV table; raises RecordingError if the file is missing, empty or binary, or if row lengths differ."""
     path = file_path(path)
     if not os.path.isfile(path):  # False also for names that no file can have
         raise RecordingError(f"{path}: this log does not exist; check the name")

@@ -80,8 +80,8 @@ class Recording:
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """Return a fact of `result` or `run`, decoded from JSON; raises RecordingError if its type differs from that of
-        the default."""
+        """Return a fact of `result` or `run` from JSON; raises RecordingError if it has another type than the
+        default."""
         found = text = self.result.get(name, self.run.get(name))
         if text is None or isinstance(default, str):
             return default if text is None else text
@@ -95,7 +95,7 @@ class Recording:
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
-        """Size in bytes of each checkpoint of the mechanics (for `heavylift branch`), by logical time (ns,
+        """Sizes [bytes] of the checkpoints of the mechanics (for `heavylift branch`), by logical time (ns,
         microstep)."""
         with self.reading():
             found = self._file.summary.attachment_indexes
@@ -175,8 +175,10 @@ class Recording:
         return RecordedPart(self, name, found) if found else self.part(name)
 
     def part(self, name: str) -> RecordedPart:
-        """Return the signals and events of a crane, rope, joint or body; a name such as "legs/1" stands for legs-1.
-        Raises SignalError if there is no part with this name."""
+        """Return the signals and events of a crane, rope, joint or body of the scene.
+
+        A name such as "legs/1" stands for legs-1. Raises SignalError if there is no part with this name.
+        """
         return RecordedPart.of(self, name)
 
     def _repr_html_(self) -> str:
@@ -193,8 +195,8 @@ class Recording:
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
     def message(self, fact: str) -> list[str]:
-        """Return the sentences of a fact: for `measured`, about the comparison with the log of a real lift; for
-        `certified`, about the error estimates of `heavylift run --certify`."""
+        """Return the sentences of a result: for `measured`, the comparison with the log of a real lift; for
+        `certified`, the error estimates of `heavylift run --certify`."""
         return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
@@ -244,8 +246,11 @@ class Recording:
         self, names: Sequence[str], only: Sequence[int] | None = None
     ) -> Iterator[tuple[list[int], list[Floats]]]:
         """Yield times [ns] and values of these signals in blocks of some thousand rows, up to the last row that all
-        signals have. Measured signals that are requested together with simulated signals are interpolated at the times
-        of the simulation (`Signal.at`). `only`: numbers of the wanted samples, in ascending order."""
+        have.
+
+        Measured signals that are requested together with simulated signals are interpolated at the times of the
+        simulation (`Signal.at`). `only`: numbers of the wanted samples, in ascending order.
+        """
         topic = BESIDE if all(name in self._tables.get(BESIDE, {}) for name in names) else NUMBERS
         numbers = [name for name in names if name in self._tables.get(topic, {})]
         poses = [name for name in names if name not in self._fields]

@@ -43,9 +43,11 @@ class Recovered:
 
 
 def recover(path: str | Path, out: str | Path | None = None, force: bool = False, begun: bool = False) -> Recovered:
-    """Copy everything readable of a recording into `out` (default: NAME-recovered.mcap); raises RecordingError if the
-    file contains no run. `begun`: accept any run that did not reach its end, even if it has no messages yet or its file
-    is undamaged."""
+    """Copy everything readable of a recording into `out` (default: NAME-recovered.mcap).
+
+    Raises RecordingError if the file contains no run. `begun`: accept any run that did not reach its end, even if it
+    has no messages yet or its file is undamaged.
+    """
     path = file_path(path)
     if refused := unnamable(path):
         raise RecordingError(f"{path}: the file cannot be opened ({refused}); check the name")

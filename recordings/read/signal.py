@@ -72,8 +72,7 @@ def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: F
 
 
 def drawing(name: str, unit: str, t: Floats, values: Floats) -> str:
-    """Return the curves of a signal as SVG; of many samples, only the minima and maxima of equal intervals are
-    drawn."""
+    """Return the curves of a signal as SVG; many samples are reduced to minima and maxima of equal intervals."""
     good = values[np.isfinite(values)]
     if len(t) < 2 or not good.size or t[-1] <= t[0]:
         return ""
@@ -194,8 +193,7 @@ def chosen(rec: SignalSource, pattern: str) -> list[tuple[str, str]]:
 
 
 class RecordedPart:
-    """The signals of one part of the scene as attributes, such as `part.tension` and `part.pose`; `part.signals` lists
-    their names."""
+    """The signals of one part of the scene as attributes, such as `part.tension`; `part.signals` lists their names."""
 
     def __init__(self, rec: SignalSource, name: str, columns: dict[str, list[str]]) -> None:
         self._rec, self.name, self._columns = rec, name, columns
@@ -207,8 +205,7 @@ class RecordedPart:
 
     @staticmethod
     def of(rec: SignalSource, name: str) -> "RecordedPart":
-        """Return the part of a recording with this name; "legs/1" stands for legs-1. Raises SignalError if there is no
-        such part."""
+        """Return the part of a recording with this name ("legs/1": legs-1); raises SignalError if there is none."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(BEAMS, {}).items() if hung in names}
         found: dict[str, list[str]] = {}

@@ -30,15 +30,14 @@ Vector = tuple[float, float, float]
 
 
 class Clearance(msgspec.Struct, frozen=True, kw_only=True):
-    """A clearance: two objects, their smallest distance [m] and its time [s], their nearest points in the world frame
-    [m], and the place in words; `limit` [m], 0 if only penetration is checked."""
+    """The smallest distance [m] between two objects in a run, with its time [s], nearest points [m] and place."""
 
     a: str
     b: str
     distance: float
     t: float
-    limit: float
-    p_WA: Vector
+    limit: float  # [m], 0 if only penetration is checked
+    p_WA: Vector  # nearest points in the world frame [m]
     p_WB: Vector
     place: str
 
@@ -65,7 +64,7 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def not_modelled(self) -> tuple[str, ...]:
-        """What no check of the run includes."""
+        """Effects that no check of the run includes, as text."""
         return tuple(x.sentence.partition(": ")[2] for x in self.checks if x.why == NOT_MODELLED)
 
     @property
@@ -97,8 +96,8 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return the names of recorded results that cannot be computed again from the recording: the verdict, times of
-    peaks, in some cases the digest."""
+    """Return the names of recorded results that cannot be recomputed from the recording: the verdict, times of peaks,
+    in some cases the digest."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
@@ -158,9 +157,11 @@ def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -
 
 
 def info_data(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> dict[str, Any]:
-    """Return a description of a recording as plain data in SI units: facts of run and result, verdict, file, signals,
-    channels, attachments. `wrong`: contradictions in the recording; `as_recorded`: values that cannot be computed
-    again."""
+    """Return a description of a recording as plain data in SI units.
+
+    Facts of run and result, verdict, file, signals, channels, attachments. `wrong`: contradictions in the recording;
+    `as_recorded`: values that cannot be computed again.
+    """
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():

@@ -42,23 +42,20 @@ class Difference:
 
 @dataclass(frozen=True)
 class RecordingComparison:
-    """Comparison of two recordings. `first`: first difference in events and samples ("" if there is none); `only_a`,
-    `only_b`: signals of one recording only; `rows`: rows of one recording only; `others`: other differences; `wrong`:
-    contradictions within a recording; `circumstances`: differences in how the runs were computed; `as_recorded`: why
-    there is no digest."""
+    """Comparison of two recordings: first difference, and differences of signals, rows and facts."""
 
     a: Path
     b: Path
     equal: bool
-    first: str
+    first: str  # difference in events and samples, "" if there is none
     differences: list[Difference]
-    only_a: list[str]
+    only_a: list[str]  # signals of one recording only
     only_b: list[str]
-    rows: list[str] = field(default_factory=list)
-    others: list[str] = field(default_factory=list)
-    wrong: list[str] = field(default_factory=list)
-    circumstances: list[str] = field(default_factory=list)
-    as_recorded: str = ""
+    rows: list[str] = field(default_factory=list)  # rows of one recording only
+    others: list[str] = field(default_factory=list)  # other differences
+    wrong: list[str] = field(default_factory=list)  # contradictions within a recording
+    circumstances: list[str] = field(default_factory=list)  # differences in how the runs were computed
+    as_recorded: str = ""  # why there is no digest
 
     def __str__(self) -> str:
         n = len(self.differences)

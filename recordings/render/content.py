@@ -66,8 +66,7 @@ def shown(layout: SampleLayout) -> PageColumns:
 
 
 def packed(values: Floats, kind: str = "<f4") -> str:
-    """Return an array as base64 of little-endian floats in C order; raises ValueError if a number is too large for the
-    format."""
+    """Return an array as base64 of little-endian floats in C order; raises ValueError if a number is too large."""
     largest = np.abs(values).max(initial=0.0, where=np.isfinite(values))
     if largest > np.finfo(kind).max:
         raise ValueError(f"{largest:.3g} is too large to be drawn")
@@ -75,15 +74,13 @@ def packed(values: Floats, kind: str = "<f4") -> str:
 
 
 def deflated(values: NDArray[np.generic]) -> str:
-    """Return an array in C order as base64 of deflate-compressed bytes, in which bytes of equal significance are
-    grouped together."""
+    """Return an array as base64 of deflate-compressed bytes, with bytes of equal significance grouped together."""
     planes = np.ascontiguousarray(values).view(np.uint8).reshape(-1, values.dtype.itemsize).T
     return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode()
 
 
 def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) -> dict[str, object]:
-    """Return an event as the page shows it: in a few words or, for an event inside models (`inner`), as its type and
-    fields."""
+    """Return an event as the page shows it: time, source, and a sentence or its type and fields."""
     fields = value if isinstance(value, dict) else {"": value}
     inner = is_inner(port)
     message = None if inner else _sentence(type_, fields)
@@ -129,16 +126,19 @@ def _text(value: object) -> str:
 
 
 def load_of(signals: Sequence[tuple[str, str, str]], rows: Floats) -> Floats:
-    """Return the sum of the rope tensions in each sample row or, if there are no ropes, the sum of all signals."""
+    """Return the load shown for each sample row: the sum of all rope tensions, or of all signals if there are no
+    ropes."""
     ropes = [k for k, (group, _, _) in enumerate(signals) if group == "rope/tension"]
     load: Floats = np.nansum(rows[:, ropes or list(range(len(signals)))], axis=1)  # logs may cover a part of the run
     return load
 
 
 def bundled(name: str, content: object, policy: str = "") -> str:
-    """Return the self-contained HTML page `name` from the folder `page/`, with `content` inserted. Its
-    Content-Security-Policy allows only the script of the page, identified by its hash, and the requests that `policy`
-    allows."""
+    """Return the self-contained HTML page `name` from the folder `page/`, with `content` inserted.
+
+    Its Content-Security-Policy allows only the script of the page, identified by its hash, and the requests that
+    `policy` allows.
+    """
     script = (PAGE / f"{name}.js").read_text(encoding="utf-8").replace("</script", "<\\/script")
     sha256 = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     parts = {

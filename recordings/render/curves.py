@@ -37,8 +37,10 @@ POINTS = 4000  # instants of a curve on the page
 
 @dataclass
 class Curve:
-    """A curve in a figure: times (n,) [s] and values (n,) in the unit of its panel. `dashed`: the curve comes from the
-    second recording; `spoken`: the values were sent on a port."""
+    """A curve in a figure: times (n,) [s] and values (n,) in the unit of its panel.
+
+    `dashed`: the curve comes from the second recording; `spoken`: the values were sent on a port.
+    """
 
     name: str
     t: NDArray[np.float64]
@@ -149,8 +151,7 @@ MANY = 60  # curves: more than that nobody can tell apart
 
 
 def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bool = False) -> Path:
-    """Draw the columns that match a pattern (default: tensions, or the ports of a DEVS run) into a .png, .svg or .html
-    file."""
+    """Draw columns that match a pattern (default: tensions, or ports of a DEVS run) into a .png, .svg or .html file."""
     out = checked(out)
     rec = Recording(path)
     with rec.reading():

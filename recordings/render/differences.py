@@ -77,8 +77,7 @@ def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[
 
 
 def hashes(rec: Recording, topic: str) -> NDArray[np.void]:
-    """Return an array (n,) of all messages of a topic in file order, with the time `t` [ns] and a hash `x` of the bytes
-    of each."""
+    """Return times `t` [ns] and hashes `x` of the bytes of all messages of a topic, as an array (n,) in file order."""
     found = [(raw.publish_time, sha256(raw.data).digest()[:8]) for raw in rec.messages(topic)]
     return np.array(found, [("t", "<i8"), ("x", "S8")])
 
@@ -104,8 +103,7 @@ def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[
 
 
 def facts(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield descriptions of the facts that differ between two recordings, except circumstances and the facts in
-    `but`."""
+    """Yield descriptions of differing facts, leaving out where and how runs were computed, and the facts in `but`."""
     for kind, a, b in (("run", A.run, B.run), ("result", A.result, B.result)):
         for name in sorted(a.keys() | b.keys()):
             x, y = a.get(name), b.get(name)
@@ -128,7 +126,7 @@ def attachments(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterat
 
 
 def circumstances(A: Recording, B: Recording) -> Iterator[str]:
-    """Yield the circumstances (how a run was computed and stored) in which two recordings differ."""
+    """Yield the names of differing facts about where and how the two runs were computed."""
     for name in sorted(CIRCUMSTANCES):
         if (A.run.get(name), A.result.get(name)) != (B.run.get(name), B.result.get(name)):
             yield name

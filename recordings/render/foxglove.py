@@ -47,8 +47,7 @@ class _Viewer(NamedTuple):
 
 
 class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
-    """Server that sends a run in progress to Foxglove and Lichtblick viewers on this machine; a context manager around
-    the run."""
+    """Server that sends a run in progress to Foxglove and Lichtblick on this machine; a context manager around it."""
 
     def __init__(self, name: str, port: int = PORT) -> None:
         """Open the websocket; raises RecordingError if its package is missing or the port is in use."""

@@ -47,8 +47,7 @@ Rest = tuple[Floats, Floats]  # (n,) times [s], (n,) tensions at rest [N]
 
 
 class Curves(NamedTuple):
-    """Data of a plot: time [s], values and peaks (n, m), names and rated values of the columns, and their quantity; for
-    some columns also measured curves, error estimates of peaks, and dynamic factors."""
+    """Data of a plot: times [s], values and peaks (n, m), names and rated values of the m columns, their quantity."""
 
     t: Floats
     values: Floats
@@ -68,9 +67,11 @@ def plot(
     force: bool = False,
     rest: Mapping[str, Rest] | None = None,
 ) -> Path:
-    """Draw a recording into the file `out` and return its path. `ropes`: ropes by label (default: the ropes with the
-    highest utilisation); `rest`: static tensions [N]; if given, an additional panel shows the tensions relative to
-    them."""
+    """Draw a recording into the file `out` and return its path.
+
+    `ropes`: ropes by label (default: the ropes with the highest utilisation); `rest`: static tensions [N]; if given, an
+    additional panel shows the tensions relative to them.
+    """
     out = output_path(out, "a figure", FORMATS)
     rec = opened(path)
     if silent(rec):

@@ -48,8 +48,10 @@ HEADERS = {
 
 
 def refusal(headers: Mapping[str, str], port: int) -> str:
-    """Return the reason why a request must be refused; "" if the request is allowed. `headers`: function that returns a
-    header of the request by name, in upper or lower case."""
+    """Return the reason why a request must be refused; "" if the request is allowed.
+
+    `headers`: function that returns a header of the request by name, in upper or lower case.
+    """
     names = [f"{name}:{port}" for name in (HOST, "localhost")]
     if headers.get("Host", "") not in names:
         return "this page is served to this machine only"
@@ -62,8 +64,7 @@ def refusal(headers: Mapping[str, str], port: int) -> str:
 
 
 class PageServer:
-    """Server that sends a page and its messages to browsers until `close` is called; `say` adds a message for all
-    browsers."""
+    """Server that sends a page and its messages to browsers until `close`; `say` adds a message for all browsers."""
 
     def __init__(self) -> None:
         self.word = secrets.token_urlsafe(24)

@@ -103,7 +103,7 @@ def digits(value: float) -> str:
 
 
 def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[float, float]]:
-    """Shade the background of every other stage; yield the start and end [s] of each stage."""
+    """Shade the background of every other stage of a figure; yield the start and end [s] of each stage."""
     for i, (start, stop) in enumerate(pairwise([*times, last])):
         if i % 2 == 0:
             axes.axvspan(start, stop, color=BAND, lw=0, zorder=0)
@@ -111,8 +111,7 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
 
 
 def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Return positions of labels that are at least `gap` apart, at most `highest`, and otherwise as near as possible to
-    the wanted positions."""
+    """Return positions of labels, near the wanted ones and at least `gap` apart; none is above `highest`."""
     blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
     for i, place in enumerate(wanted):
         blocks.append((place - i * gap, 1))
@@ -128,8 +127,7 @@ def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> lis
 
 
 def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path:
-    """Write a figure to a .png or .svg file and return its path; raises RecordingError if the file cannot be
-    written."""
+    """Write a figure to a .png or .svg file and return its path; raises RecordingError if writing fails."""
     form = out.suffix.lower()[1:]
     metadata = {"Date": None, "Creator": GENERATOR} if form == "svg" else {"Software": GENERATOR}
     with PartFile(out, "a figure", FORMATS, force) as file, file.writing():
@@ -147,8 +145,10 @@ FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 
 def storyboard(path: str | Path | Recording, out: str | Path, frames: int = 6, force: bool = False) -> Path:
-    """Draw `frames` instants of a recording side by side into a .png or .svg file, or one after another as a film into
-    a .gif file; raises RecordingError if this is impossible."""
+    """Draw `frames` instants of a recording side by side into a .png or .svg file, or as a film into a .gif file.
+
+    Raises RecordingError if this is impossible.
+    """
     out = output_path(out, "a picture", (*FORMATS, FILM))
     rec = path if isinstance(path, Recording) else Recording(path)
     with rec.reading(), on_paper():
@@ -179,8 +179,8 @@ class _Drawing:
         return f"{stage}, {clock(self.times[i])}"
 
     def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
-        """Return the view along x of an instant: the faces (4, 2) from far to near, their colours, and the rope lines
-        (n, 2, 2)."""
+        """Return the view of an instant along the x axis: faces (4, 2) from far to near, colours, rope lines (n, 2,
+        2)."""
         faces = [(*face, colour) for far, flat, colour in self._faces for face in zip(far[i], flat[i], strict=True)]
         faces.sort(key=lambda face: -face[0])
         return [f[1] for f in faces], [f[2] for f in faces], self._ropes[i][:, :, 1:]

@@ -40,8 +40,10 @@ def view(
     beside: str | Path | None = None,
 ) -> Path:
     """Write the page of a recording to a .html file; raises RecordingError if a file cannot be read or written.
+
     `verdict`: used if the recording contains no verdict; `beside`: a second recording, shown as transparent bodies and
-    dashed curves."""
+    dashed curves.
+    """
     out = output_path(out, "a page", (".html",))
     other = None if beside is None else Recording(beside)
     return written(page(content(Recording(path), verdict, other)), out, "a page", (".html",), force)

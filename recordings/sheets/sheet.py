@@ -114,8 +114,7 @@ Part: TypeAlias = Table | Chart | Notes
 
 
 class Sheet(msgspec.Struct, frozen=True):
-    """A sheet of tables, charts and notes: title, summary that begins with the state, state (colour), and parts in
-    reading order."""
+    """A sheet of tables, charts and notes: title, summary that begins with the state, state (colour), and parts."""
 
     title: str
     lead: str
@@ -129,7 +128,7 @@ class Sheet(msgspec.Struct, frozen=True):
 
 
 def stated(state: str, *leads: str) -> str:
-    """Return the summary of a sheet, which begins with the state in capitals."""
+    """Return the summary of a sheet, beginning with its state in capitals, such as GREEN."""
     return f"{state.upper()}: {'; '.join(filter(None, leads))}"
 
 
@@ -139,7 +138,7 @@ def plain(cell: Cell) -> Value:
 
 
 def words(title: str, heads: Iterable[str], rows: Iterable[Iterable[Cell]], *notes: str) -> Table:
-    """Return a table whose columns all contain text."""
+    """Return a table of text columns with this title, these headings and rows."""
     return Table(title, tuple(map(Column, heads)), tuple(map(tuple, rows)), notes)
 
 
@@ -295,7 +294,7 @@ THEME = {INK: "var(--ink)", QUIET: "var(--quiet)", BAND: "var(--band)", PAPER: "
 
 
 def in_page(figure: "Figure") -> str:
-    """Return a figure as an <svg> element that uses the font and colours of the page."""
+    """Return a figure as an <svg> element in the font and colours of the HTML page."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)
     svg = text.getvalue()

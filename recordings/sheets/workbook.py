@@ -105,8 +105,8 @@ PATIENCE = 60.0  # [s]
 
 
 def print_page(page: str, out: Path) -> bytes:
-    """Print a self-contained HTML page as PDF and return its bytes; raises RecordingError if no suitable browser is
-    installed."""
+    """Print a self-contained HTML page as PDF and return its bytes; raises RecordingError without a suitable
+    browser."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         raise RecordingError(
@@ -133,8 +133,10 @@ PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
 
 
 def write(sheet: Sheet, out: str | Path, what: str, force: bool = False) -> Path:
-    """Write a sheet to a file and return its path; raises RecordingError if the file cannot be written. `what`: name of
-    the sheet in errors, such as "a report"."""
+    """Write a sheet to a file and return its path; raises RecordingError if the file cannot be written.
+
+    `what`: name of the sheet in errors, such as "a report".
+    """
     path = output_path(out, what, FORMATS)
     return written(printed(sheet, path), path, what, FORMATS, force)
 

@@ -70,7 +70,7 @@ class Listener(Protocol):
         """Return whether anyone has subscribed to a topic."""
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
-        """Publish a message with this simulation time [ns]."""
+        """Publish a message with a simulation time [ns] on a topic."""
 
 
 class Broadcast(Spectator):

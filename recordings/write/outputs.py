@@ -42,8 +42,7 @@ def file_path(path: object) -> Path:
 
 
 def unnamable(path: Path) -> str:
-    """Return the reason why no file can have this name with the suffixes that a run adds; "" if such files are
-    possible."""
+    """Return why no file can have this name with the suffixes that a run adds; "" if such files are possible."""
     try:
         _mode(path.with_name(path.name + COMMANDS))
     except OSError as error:
@@ -52,8 +51,10 @@ def unnamable(path: Path) -> str:
 
 
 def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -> Path:
-    """Return the path if it is free or holds an earlier output; raises OutputError if another file exists there or the
-    suffix is not allowed, and RecordingError if the folder is missing."""
+    """Return the path if it is free or holds an earlier output; raises OutputError if another file exists there.
+
+    Also if the suffix is not allowed; raises RecordingError if the folder is missing.
+    """
     path = file_path(path)
     with writing(path):
         _refuse(path)
@@ -84,8 +85,7 @@ def remains(path: Path) -> list[Path]:
 
 
 def left_by_a_run(part: Path) -> bool:
-    """Return whether an incomplete file contains the beginning of a run, so that the run can be resumed or
-    recovered."""
+    """Return whether an incomplete file contains the beginning of a run, which can be resumed or recovered."""
     with part.open("rb") as file:
         file.seek(len(MAGIC))
         for wanted in (1, METADATA):  # header, and what was run
@@ -103,8 +103,7 @@ def beside(path: Path, ending: str) -> Path:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Return a context that converts errors of the operating system into a RecordingError with a sentence about this
-    file."""
+    """Return a context that converts errors of the operating system about this file into a RecordingError."""
     try:
         yield
     except OSError as error:

@@ -77,8 +77,7 @@ class PartFile(AbstractContextManager["PartFile"]):
                 return
 
     def check(self, whole: bool = False) -> None:
-        """Raise RecordingError if the file was deleted, renamed, replaced or changed by another program; `whole`:
-        compare all bytes."""
+        """Raise RecordingError if another program deleted, replaced or changed the file; `whole`: compare all bytes."""
         if self._at is not None:
             try:
                 there = os.stat(self._at, follow_symlinks=False)
@@ -186,7 +185,7 @@ class _Guarded(io.FileIO):
         self._written_ns = os.fstat(descriptor).st_mtime_ns
 
     def write(self, data: Any) -> int:
-        """Append data; raises RecordingError if another program has changed the file."""
+        """Append data to the incomplete file; raises RecordingError if another program has changed the file."""
         self.check()
         n = super().write(data)
         self._crc = zlib.crc32(memoryview(data)[:n], self._crc)

@@ -106,8 +106,7 @@ class RecordingSink:
     def channel(
         self, topic: str, encoding: str, name: str, language: str, schema: bytes, facts: Mapping[str, object]
     ) -> int:
-        """Add a channel with this message encoding, schema name, schema language and schema, and return the channel's
-        number."""
+        """Add a channel with this message encoding and schema (name, language, text); return the channel's number."""
         if topic in self.topics:
             raise RecordingError(f"topic {topic}: announced twice; models, ports and samples must have different names")
         with self.writing():
@@ -163,8 +162,7 @@ class RecordingSink:
         return self._file.finish()
 
     def abandon(self, keep: bool = True) -> None:
-        """Close a file that cannot be finished; `keep`: do not delete the incomplete file. Has no effect on a finished
-        file."""
+        """Close an incomplete file and, unless `keep`, delete it; has no effect on a finished file."""
         self._rest()
         self._file.abandon(keep)
 
@@ -193,7 +191,7 @@ class Messages(Protocol):
 
 
 class Channels(Protocol):
-    """Interface of an object that creates channels; the messages of these channels are written to `mcap`."""
+    """Interface of a recording to which channels can be added; `mcap` receives the messages of these channels."""
 
     @property
     def mcap(self) -> Messages: ...
@@ -226,8 +224,8 @@ class RowWriter:
             self._lines = 0 if lift else sink.protobuf("/ropes", viewers.SceneUpdate)
 
     def ropes(self, lines: Sequence[viewers.RopeLine]) -> viewers.Ropes:
-        """Return rope lines in the form that `hang` accepts; raises RecordingError for a line on a body whose poses are
-        not sampled."""
+        """Return rope lines in the form for `hang`; raises RecordingError for a line on a body without sampled
+        poses."""
         for line in lines:
             for body in (line.a_body, line.b_body):
                 if body != viewers.WORLD and body not in self.bodies:
@@ -235,7 +233,7 @@ class RowWriter:
         return viewers.Ropes(lines, self.bodies)
 
     def hang(self, ropes: viewers.Ropes) -> None:
-        """Draw these rope lines from the next row on."""
+        """Draw these rope lines with all sample rows from the next one on."""
         self._ropes, self._lines_due = ropes, 0
 
     def encode(self, times: list[int], log_ns: list[int], rows: NDArray[np.float64]) -> RowBlock:
@@ -275,8 +273,11 @@ class RowWriter:
 
 
 def note_peaks(peaks: dict[str, Peak], layout: SampleLayout, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-    """Update the peak tension of each rope: from the peaks of all accepted steps if the rows contain them, else from
-    the samples. For ropes over sheaves, from samples of the most loaded part."""
+    """Update the peak tension of each rope from new sample rows.
+
+    From the peaks of all accepted steps if the rows contain them, else from the samples; for ropes over sheaves, from
+    samples of the most loaded part.
+    """
     found = [x for x in (layout.find("rope/peak") or layout.find("rope/tension"), layout.find(REEVING)) if x]
     when = layout.find("rope/peak_time")
     for tension in found:

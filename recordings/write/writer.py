@@ -127,8 +127,7 @@ class Recorder:
     # what happens
 
     def event(self, t_ns: int, k: int, source: str, port: str, index: int, type: str, payload: bytes) -> None:
-        """Record an event on a port of a coupled model; events must come in total order. `payload`: msgpack bytes of
-        its message."""
+        """Record an event on a port of a coupled model, in total order; `payload`: msgpack bytes of its message."""
         channel = self._ports.get((source, port))
         if channel is None:
             raise RecordingError(f"event of {source}.{port}: this port was not announced; call add_port first")

@@ -58,8 +58,7 @@ class OrientedBox:
         return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
 
     def outside(self, x: Array, body: Side) -> tuple[Array, Array]:
-        """Return by how much a point x of `body` lies beyond the nearer face along each axis of the box [m], (3,), with
-        its rate."""
+        """Return how far a point x of `body` lies beyond the nearer box face along each axis (3,) [m], and its rate."""
         d = self.axes @ (x - self.c)
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
@@ -74,8 +73,8 @@ class OrientedBox:
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Return the height [m] of a point of `body` above the marked face of the box, if the point lies over this
-        face; otherwise the result of `depth`. `faces`: 3 flags, one per axis of the box."""
+        """Return the gap [m] of a point of `body` above a face of the box, and its rate; beside the face the result of
+        `depth`. `faces`: 3 flags, one per axis of the box, that mark the face."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):
@@ -127,8 +126,10 @@ def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
 
 
 def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witnesses (gap functions) of boxes of bodies A and B: vertices of A in B, vertices of B in A, then
-    pairs of edges (a_i, b_j) of A and B."""
+    """Return the witnesses (gap functions) of two boxes: vertices of A in B, vertices of B in A, then pairs of edges.
+
+    Edges a_i of A and b_j of B.
+    """
     a, b = OrientedBox(first, A), OrientedBox(second, B)
     C = a.axes @ b.axes.T
     d = a.c - b.c
@@ -218,14 +219,12 @@ THIN = 1e-4  # [m] what is thinner counts as that thick, so that two points do n
 
 
 def passes(c: Contact) -> bool:
-    """Return whether the two shapes of a contact could pass through each other in a long step; a shape cannot pass
-    through a plane."""
+    """Return whether two contact shapes could pass through each other within a long step, as balls and boxes can."""
     return not isinstance(c.b, Plane)
 
 
 def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
-    """Return the longest step [s], from the present state, in which the two shapes of a contact cannot pass through
-    each other."""
+    """Return the longest step [s] in which the two shapes of a contact cannot pass through each other."""
     (R_a, half_a), (R_b, half_b) = _extent(c.a, first), _extent(c.b, second)
     both_boxes = not isinstance(c.a, Ball) and not isinstance(c.b, Ball)
     # two boxes can pass once the smaller half extent has been crossed

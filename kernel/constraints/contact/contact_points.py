@@ -50,27 +50,26 @@ class SlotAt:
 
 @dataclass(frozen=True)
 class Site:
-    """A contact with its traced functions: shape pair, count of the first shape's numbers, bodies, rows per touching
-    point; `reach`: function that limits a step if the shapes could pass through each other."""
+    """A contact between two shapes in a compiled scene, with its bodies and traced functions."""
 
     contact: Contact
     pair: ContactPair
-    first: int
+    first: int  # count of the first shape's numbers
     bodies: tuple[int, int]
-    per_slot: int
+    per_slot: int  # rows per touching point
     watch: Function
     slot: Function
-    reach: Function | None
+    reach: Function | None  # limits a step if the shapes could pass through each other
 
     @property
     def slots(self) -> list[str]:
-        """Return the names of the contact's slots, one for each point that can touch at once."""
+        """Return the names of the contact's slots, one for each point that can touch at the same time."""
         return [f"{self.contact.name}/{k}" for k in range(self.pair.slots)]
 
 
 def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
-    """Return the parameters of a contact: friction and the force below which it counts as unloaded [N]; shapes; which
-    candidates touch; slots for touching points."""
+    """Return the parameters of a contact: friction, load [N] below which it counts as unloaded, shapes, touching
+    points."""
     pair = pair_of(c)
     empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0, 0.0, 0.0, 0.0]
     out = {
@@ -97,7 +96,7 @@ class ContactPointRows:
         self.structure = [(s.slot.name, s.bodies, s.per_slot) for s in self.sites]
 
     def slots(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[SimpleNamespace]:
-        """Return the state of all contact slots in their order."""
+        """Return the state of all contact slots (places for touching points) in their order."""
         out = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
@@ -122,8 +121,7 @@ class ContactPointRows:
         return out
 
     def watched(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[Scalar]:
-        """Return the guards of all contact candidates, negative once the shapes touch there; 1 for candidates in
-        contact."""
+        """Return the guards of all possible touching points: negative once the shapes touch there, 1 in contact."""
         out: list[Scalar] = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)

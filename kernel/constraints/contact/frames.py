@@ -24,21 +24,19 @@ TINY = 1e-300  # keeps what is computed of an empty slot finite
 
 @dataclass(frozen=True)
 class ContactFrame:
-    """Contact frame of bodies A and B: gap [m]; contact point x (3,) in world axes, with its rate; F (3, 3), whose rows
-    are the normal n and the tangents t1 and t2, with its rate; along: coordinates of x within the face, or along the
-    edges of A and B [m]."""
+    """Contact frame of bodies A and B: gap [m], contact point, and normal and tangents, with their rates."""
 
     gap: Scalar
-    x: Array
+    x: Array  # (3,) contact point in world axes [m]
     dx: Array
-    F: Array
+    F: Array  # (3, 3) rows: normal n, tangents t1 and t2
     dF: Array
-    along: Array
+    along: Array  # coordinates of x within the face, or along the edges of A and B [m]
 
 
 class Side:
-    """A body that takes part in a contact, in world axes; body: (21,) R_WB row-major, reference point o of the tree, r
-    from o to the body's origin, twist V."""
+    """A body that takes part in a contact: its pose and velocity in world axes, from its numbers (21,) (see
+    `attachment`)."""
 
     def __init__(self, body: Array) -> None:
         self.R, self.o, self.r = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15]
@@ -63,8 +61,10 @@ def face(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def balls(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the contact frame of two balls; the first tangent is perpendicular to the normal and to a fixed direction
-    of B, the second to the normal and the first."""
+    """Return the contact frame of two balls; both tangents are perpendicular to the normal.
+
+    The first tangent is also perpendicular to a fixed direction of B, the second to the first.
+    """
     a, b = Side(A), Side(B)
     c_a, c_b, e = a.place(p[:3]), b.place(p[4:7]), b.R @ p[8:11]
     n, dn, distance = _unit(c_a - c_b, a.velocity(c_a) - b.velocity(c_b))
@@ -95,7 +95,7 @@ def edges(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def edge(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the contact frame of a ball of A on an edge of B; `along`: position on the edge, 1 where an adjacent face
+    """Return the contact frame of a ball of A on an edge of B; `along`: place on it, 1 where an adjacent face
     begins."""
     a, b = Side(A), Side(B)
     c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
@@ -109,8 +109,7 @@ def edge(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def corner(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the contact frame of a ball of A on a corner of B; `along`: greater than 1 where the ball reaches an
-    edge."""
+    """Return the contact frame of a ball of A on a corner of B; `along`: above 1 where the ball reaches an edge."""
     axes = np.reshape(p[7:16], (3, 3))
     f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
     outward = [f.F[0] @ (Side(B).R @ e) for e in axes]
@@ -128,8 +127,10 @@ def _unit(m: Array, dm: Array) -> tuple[Array, Array, Scalar]:
 
 
 def rows(f: ContactFrame, A: Array, B: Array) -> Outputs:
-    """Return the constraint rows of a contact frame: rate and bias (3,), and wrenches wa and wb (3, 6) on A and B about
-    the reference points of their trees, with rate = wa V_A - wb V_B."""
+    """Return the constraint rows of a contact frame: rate and bias (3,), and wrenches on bodies A and B.
+
+    wa, wb (3, 6) about the reference points of their trees, with rate = wa V_A - wb V_B.
+    """
     a, b = Side(A), Side(B)
     v = a.velocity(f.x) - b.velocity(f.x)
     return {

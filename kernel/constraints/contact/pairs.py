@@ -32,14 +32,13 @@ NEAREST = 1e-12  # [m] beyond a face where a ball lies at its edge
 
 @dataclass(frozen=True)
 class ContactPair:
-    """A pair of contact shapes: `watch(a, b, A, B)` -> gap functions; `frame(h, A, B)` -> contact frame of a touching
-    point; `hold(candidate, a, b, A, B)` -> numbers (19,) of the touching point."""
+    """A pair of contact shapes, such as ball and plane, with its gap functions and contact frames."""
 
     candidates: int
     slots: int
-    watch: Callable[[Array, Array, Array, Array], list[Witness]]
-    frame: Callable[[Array, Array, Array], ContactFrame]
-    hold: Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], list[float]]
+    watch: Callable[[Array, Array, Array, Array], list[Witness]]  # (a, b, A, B) -> gap functions
+    frame: Callable[[Array, Array, Array], ContactFrame]  # (h, A, B) -> frame of a touching point
+    hold: Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], list[float]]  # candidate, a, b, A, B -> (19,)
 
 
 def shape_numbers(s: Shape) -> list[float]:
@@ -205,8 +204,10 @@ def check_contact(c: Contact) -> None:
 
 
 def gap(c: Contact, a: Pose, b: Pose) -> float:
-    """Return the gap of a contact's shapes along the best separating axis [m], for bodies at given poses: the negative
-    depth if they overlap, otherwise a lower bound of their distance."""
+    """Return the gap [m] of two contact shapes, for bodies at given poses; the negative depth if they overlap.
+
+    Along the best separating axis: otherwise a lower bound of their distance.
+    """
     (p, E, r), (q, F, s) = _solid(c.a, a), _solid(c.b, b)
     d = p - q
     if isinstance(c.b, Plane):

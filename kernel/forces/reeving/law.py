@@ -43,9 +43,11 @@ class ReevingAt:
 
 
 class ReevingLaw(ForceLaw[Reeving]):
-    """Force law of a rope over sheaves. Its parameters: EA, c, taut; for each sheave its mode (flow of rope backward
-    -1, none 0, forward +1; FREE); unstretched length of each part but the first; limp parts; sheaves in contact;
-    nodes."""
+    """Force law of a rope over sheaves.
+
+    Its parameters: EA, c, taut; for each sheave its mode (flow of rope backward -1, none 0, forward +1; FREE);
+    unstretched length of each part but the first; limp parts; sheaves in contact; nodes.
+    """
 
     works = True
 
@@ -83,7 +85,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
     def start_length(self, f: Reeving, poses: Poses) -> float:
-        """Return the initial unstretched length of the rope [m]; raises KernelError if the rope cannot run over its
+        """Return the initial unstretched length of the rope [m]; raises KernelError if it cannot run over its
         sheaves."""
         return float(sum(laid(f, poses, partial(self.demand, f)).lengths))
 
@@ -220,15 +222,14 @@ class ReevingLaw(ForceLaw[Reeving]):
         return "slip" if modes[i] else "stick", float(number)
 
     def take_off(self, f: Reeving, p: np.ndarray) -> None:
-        """Unhook the rope in its parameters p: it leaves all sheaves and points."""
+        """Unhook a rope over sheaves by changing its parameters p: it then touches no sheave and no end point."""
         n = len(f.sheaves)
         modes, own, limp, lies = np.split(p[ReevingAt.HEAD : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
         p[ReevingAt.TAUT], modes[:], own[:], limp[:] = -1.0, FREE, 0.0, 0.0
         lies[leavable(f)] = 0.0
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
-        """Hang the rope, slack, from point a to point b; return by how much its unstretched length L0 is too short
-        [m]."""
+        """Hang a slack rope from point a to point b; return by how much its unstretched length is too short [m]."""
         p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0

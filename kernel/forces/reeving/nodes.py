@@ -38,7 +38,7 @@ def leavable(f: Reeving) -> list[int]:
 
 
 def turning(f: Reeving) -> list[bool]:
-    """Return, for each node of a rope, whether its wrap angle is needed."""
+    """Return, for each node of a rope, whether the rope law needs its wrap angle, due to friction or a radius."""
     return [False, *(s.friction > 0.0 or s.radius > 0.0 for s in f.sheaves), False]
 
 
@@ -69,8 +69,8 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
 
 
 def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]], list[bool | None]]:
-    """Return the parameters of the nodes of a rope for given poses of the bodies, with wrap arcs divided in halves, and
-    whether the rope touches each node (None: always)."""
+    """Return the parameters of a rope's nodes at given poses of the bodies, and whether the rope touches each node
+    (None: always). Wrap arcs are divided in halves."""
     given, bodies, nodes = _there(f, poses)
     _check_places(f, nodes, demand)
     lies: list[bool | None] = [None, *(True if s.radius > 0.0 else None for s in f.sheaves), None]
@@ -98,8 +98,10 @@ def laid(f: Reeving, poses: Poses, demand: Demand) -> RopePath | Unrolled:
 
 
 def lost(f: Reeving, poses: Poses, wraps: Sequence[float]) -> str:
-    """Describe where a rope has left its sheave or runs around it the wrong way; "" if neither is the case. `wraps`:
-    wrap angle [rad] of each sheave that the rope can leave."""
+    """Describe where a rope has left its sheave or runs around it the wrong way; "" if neither is the case.
+
+    `wraps`: wrap angle [rad] of each sheave that the rope can leave.
+    """
     _, _, nodes = _there(f, poses)
     left = {i + 1 for i, wrap in zip(leavable(f), wraps, strict=True) if wrap == 0.0}
     met = [i for i in range(len(nodes)) if i not in left]

@@ -41,28 +41,26 @@ NEAR = 1e-9  # rad, and part of a radius: what lies between leaving a sheave and
 
 @dataclass(frozen=True)
 class SheavePoint:
-    """A sheave or end point of a rope: centre relative to the tree's reference point, position, velocity, angular
-    velocity, axis and dividing direction in world axes; radius None for a point."""
+    """A sheave or end point of a rope: its position, motion and axis in world axes."""
 
-    x: Array
-    c: Array
-    v: Array
-    w: Array
+    x: Array  # centre relative to the tree's reference point
+    c: Array  # position of the centre
+    v: Array  # velocity
+    w: Array  # angular velocity
     axis: Any
-    divide: Any
-    radius: Any = None
+    divide: Any  # dividing direction
+    radius: Any = None  # None for a point
 
 
 @dataclass(frozen=True)
 class RopeSegment:
-    """A straight part of a rope: length [m], its rate (including adjacent arcs), direction u, levers from the trees'
-    reference points to both ends, and the point where the part begins."""
+    """A straight part of a rope: its length [m], rate of length and direction."""
 
     straight: Scalar
-    rate: Scalar
+    rate: Scalar  # of its length, including adjacent arcs
     u: Array
-    arms: tuple[Array, Array]
-    begin: Array | None = None
+    arms: tuple[Array, Array]  # levers from the trees' reference points to both ends
+    begin: Array | None = None  # the point where it begins
     flat: Any = None  # its length across the axis
     plane: Any = None  # u across the axis, for wraps
     turning: Any = None  # (3,) angular velocity of that direction [rad/s]
@@ -82,8 +80,11 @@ def _blend(on: Scalar, a: Any, b: Any) -> Any:
 
 
 class RopePath:
-    """The path of a rope over its nodes. `turning`: whether the wrap angle at a node is needed; `on`: whether the rope
-    lies on each node (None: it cannot leave); `counted`: integrals of the wrap angles' rates."""
+    """The path of a rope over its sheaves and end points (nodes).
+
+    `turning`: whether the wrap angle at a node is needed; `on`: whether the rope lies on each node (None: it cannot
+    leave); `counted`: integrals of the wrap angles' rates.
+    """
 
     def __init__(
         self,
@@ -200,8 +201,8 @@ def _part(a: SheavePoint, b: SheavePoint, turning: bool) -> RopeSegment:
 
 
 def turn(x: SheavePoint, plane: Array) -> Any:
-    """Return the angle [rad], within half a turn, from a sheave's dividing direction to the point where a straight part
-    of the rope, of direction `plane`, touches the sheave."""
+    """Return the angle [rad], within half a turn, from a sheave's dividing direction to the point where a straight rope
+    part of direction `plane` touches the sheave."""
     w = cross(plane, x.axis)
     return atan2(x.axis @ cross(x.divide, w), x.divide @ w)
 
@@ -265,8 +266,7 @@ class Unrolled:
             self.parts.append(replace(part, straight=longer * part.straight, u=u, arms=arms))
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Return two guards for each edge: one for the rope leaving or touching it, one for the rope touching its wrong
-        side."""
+        """Return two guards for each edge: the rope leaves or touches the edge; the rope touches its wrong side."""
         return self._plane.watches()
 
     def within(self, ends: Sequence[Array]) -> list[Scalar]:

@@ -35,14 +35,13 @@ State = tuple[float, list[float], list[float]]  # local time [s], y, P
 
 @dataclass(frozen=True)
 class RowGroup:
-    """A group of coupled constraint rows: their numbers, free columns (tree, degree of freedom), scaled matrix.
-    `rows_by`, `columns_by`: scales by which a residual and a velocity component are divided [m, or 1]."""
+    """A group of coupled constraint rows, with its scaled Jacobian over the free degrees of freedom."""
 
     rows: list[int]
-    columns: list[tuple[int, int]]
+    columns: list[tuple[int, int]]  # tree, degree of freedom
     G: list[list[float]]
-    rows_by: list[float]
-    columns_by: list[float]
+    rows_by: list[float]  # scales that divide residuals [m, or 1]
+    columns_by: list[float]  # scales that divide velocity components [m, or 1]
     lever: float  # [m] the longest
 
     @cached_property
@@ -92,9 +91,11 @@ class RowGroup:
 
 
 class Pose:
-    """A pose of a scene's bodies, with the constraint rows evaluated there. `running`: the state of a run, whose
-    parameters state which ropes are taut and which contacts push; otherwise ropes without slack are taut, and contacts
-    do not count."""
+    """A pose of a scene's bodies, with the constraint rows evaluated there.
+
+    `running`: the state of a run, whose parameters state which ropes are taut and which contacts push; otherwise ropes
+    without slack are taut, and contacts do not count.
+    """
 
     def __init__(self, program: Program, state: State, running: bool = False) -> None:
         self.program, (self.t, self.y, self.P), self.running = program, state, running
@@ -179,8 +180,7 @@ class Pose:
         return RowGroup(rows, columns, G, rows_by, columns_by, L)
 
     def row(self, r: int) -> dict[tuple[int, int], float]:
-        """Return, for each degree of freedom (free or not), the rate of the residual of constraint row r at unit
-        velocity."""
+        """Return row r of the constraint Jacobian over all degrees of freedom, free or not."""
         found: dict[tuple[int, int], float] = {}
         sizes: dict[tuple[int, int], float] = {}
         for body, w in self.pushes(r):

@@ -56,8 +56,8 @@ class Indeterminacy:
 
 
 def indeterminacies(pose: Pose) -> list[Indeterminacy]:
-    """Return the statically undetermined forces at a pose with its contacts, one object for each group of coupled rows
-    that has any."""
+    """Return the statically undetermined forces at a pose with its contacts, for each group of coupled rows with
+    any."""
     found = []
     for group in pose.groups:
         distances = [_carried(pose, group, multipliers) for multipliers in group.redundancies]
@@ -184,8 +184,11 @@ class Reactions(dict[str, Reaction]):
 
 
 def reactions(simulation: Running, least: bool = True) -> Reactions:
-    """Return the reactions of all joints by name at the present time; loop joints come last. If `least`, statically
-    undetermined components get the values of least norm, otherwise those that the simulation uses."""
+    """Return the reactions of all joints by name at the present time; loop joints come last.
+
+    If `least`, statically undetermined components get the values of least norm, otherwise those that the simulation
+    uses.
+    """
     program, x = simulation.program, simulation.instant()
     dv = x.dy[program.nq : program.nq + program.nv]
     found = Reactions()

@@ -30,8 +30,7 @@ DIRECTIONS = 3  # poses near by that are tried besides those along each motion
 
 @dataclass(frozen=True)
 class Redundant:
-    """Joints and rigid ropes whose constraint conditions are partly redundant: their names, the number of conditions,
-    and how many of these are redundant."""
+    """Joints and rigid ropes with redundant constraints: names, numbers of all constraints and of redundant ones."""
 
     names: tuple[str, ...]
     conditions: int
@@ -123,8 +122,7 @@ def _many(n: int, word: str) -> str:
 
 
 def mobility(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Mobility:
-    """Return the numbers of bodies and degrees of freedom of a scene at a state (default: the start), with loops
-    closed."""
+    """Return the numbers of bodies and degrees of freedom of a scene with closed loops, at a state or the start."""
     given = pose_of(program, y, P, t)
     closed = _closed(given)
     pose = closed or given

@@ -35,27 +35,25 @@ ALONG = np.array([1.0, 0.0, 0.0])  # e: beams lie along x
 
 @dataclass(frozen=True)
 class Place:
-    """A station on a flexible body: position X (3,) on the undeformed body [m], displacements and rotations of the
-    modes (6, m), and slope integrals g (m, m) of equation (9)."""
+    """A station (point of attachment) on a flexible body: its undeformed position (3,) [m] and the modes there."""
 
-    X: np.ndarray
-    shape: np.ndarray
-    shortening: np.ndarray
+    X: np.ndarray  # (3,) on the undeformed body [m]
+    shape: np.ndarray  # (6, m) displacements and rotations of the modes
+    shortening: np.ndarray  # (m, m) slope integrals g of equation (9)
 
 
 @dataclass(frozen=True)
 class Track:
-    """The modes along a beam as polynomials: Chebyshev coefficients (n, 6, m) over 0 to L, and (n', m, m) for the
-    geometric terms. `slope` is 2/L [1/m]; `X`: offset of a slider from its station, always zero here."""
+    """The modes of a beam, on which sliders move, as Chebyshev polynomials along it."""
 
-    X: np.ndarray
-    slope: Scalar
-    coefficients: np.ndarray
-    shortening: np.ndarray
+    X: np.ndarray  # offset of a slider from its station, always zero here
+    slope: Scalar  # 2 / L [1/m]
+    coefficients: np.ndarray  # (n, 6, m) over 0 to L
+    shortening: np.ndarray  # (n', m, m) for the geometric terms
 
     def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
-        """Return the mode shapes (6, m) at s [m] along the beam, their first two derivatives with respect to s, and
-        slope integrals g (m, m), by the recurrences of Chebyshev polynomials."""
+        """Return the mode shapes (6, m) at s [m] along the beam, their first two derivatives, and slope integrals g (m,
+        m)."""
         # Chebyshev polynomials are defined on -1..1
         x = self.slope * s - 1.0
         # three-term recurrences of T_n and their derivatives
@@ -76,8 +74,11 @@ class Track:
 
 @dataclass(frozen=True)
 class Carried:
-    """The frame at a station of a flexible body, in world axes: rotation R, r from the tree's reference point, twist V,
-    bias acceleration A, one velocity column per mode; `along`: the column of the slider's coordinate."""
+    """The frame at a station of a flexible body, in world axes: its pose, motion and velocity columns.
+
+    Rotation R, r from the tree's reference point, twist V, bias acceleration A, one velocity column per mode; `along`:
+    the column of the slider's coordinate.
+    """
 
     R: Array
     r: Array
@@ -88,8 +89,7 @@ class Carried:
 
 
 def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array) -> Carried:
-    """Return the frame at a station of a flexible body whose floating frame has the pose R, r and the motion V, A in
-    world axes."""
+    """Return the frame at a station of a flexible body; R, r, V, A: its floating frame and motion in world axes."""
     # g eta serves the position, eta^T g eta / 2, and its rate, eta'^T g eta
     pull = place.shortening @ eta
     U, T = place.shape[:3] - np.outer(ALONG, pull), place.shape[3:]
@@ -181,8 +181,10 @@ class FlexibleInertia:
 def flexible_inertia(
     e: Any, eta: Array, rates: Array, accelerations: Array, R: Array, r: Array, V: Array, A: Array
 ) -> FlexibleInertia:
-    """Return mass matrix and inertia forces of a flexible body, equations (7) and (8) of the module. e:
-    `tracks.ReducedBody` of floats or symbols; mode coordinates (m,); pose R_WB, r and V, A (6,) in world axes."""
+    """Return mass matrix and inertia forces of a flexible body, equations (7) and (8) of the module.
+
+    e: `tracks.ReducedBody` of floats or symbols; mode coordinates (m,); pose R_WB, r and V, A (6,) in world axes.
+    """
     m = range(len(eta))
     to_body = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
     nu, a = to_body @ V, to_body @ A

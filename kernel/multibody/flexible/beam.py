@@ -75,8 +75,7 @@ DIGITS = 12  # to which constants are rounded: beyond them they are noise
 
 
 def rounded(x: np.ndarray) -> np.ndarray:
-    """Return x rounded to DIGITS significant digits of its largest element; entries that are only round-off become
-    exact zeros."""
+    """Return x rounded to DIGITS significant digits of its largest element, so that round-off becomes exact zeros."""
     largest = float(np.abs(x).max(initial=0.0))
     if largest == 0.0:
         return x
@@ -91,8 +90,7 @@ def rounded_each(x: np.ndarray) -> np.ndarray:
 
 
 def rigid_motions(nodes: np.ndarray) -> np.ndarray:
-    """Return the velocities of nodes (n, 3) in the six rigid motions, as columns (6n, 6): B_0 of equation (2) in
-    `tracks`."""
+    """Return the velocities of nodes (n, 3) in the six rigid motions, as columns (6n, 6): B_0 of (2) in `tracks`."""
     B = np.zeros((len(nodes), 6, 6))
     for j, X in enumerate(nodes):
         B[j, :3, :3] = -skew(X)

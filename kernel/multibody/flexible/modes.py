@@ -47,8 +47,10 @@ class FlexibleModes:
     damping: np.ndarray  # (m,)
 
     def station(self, p: tuple[float, float, float]) -> tuple[int | float, np.ndarray]:
-        """Return the station of a point (node number, or x along the beam) and its position. Raises KernelError for a
-        point beyond the beam's ends or at no node."""
+        """Return the station of a point (node number, or x along the beam) and its position.
+
+        Raises KernelError for a point beyond the beam's ends or at no node.
+        """
         if beam := self.flexible.beam:
             if not -NODE <= p[0] - beam.start <= beam.length + NODE:
                 ends = f"{beam.start:g} and {beam.start + beam.length:g} m"
@@ -73,10 +75,10 @@ class FlexibleModes:
         return rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
 
     def shortening(self, station: int | float) -> np.ndarray:
-        """Return the geometric shortening by the modes at a station: integrals of slope products [1/m], g (m, m) of
-        equation (9) in `attachment`; 0 for bodies other than beams.
+        """Return the geometric shortening by the modes at a station: integrals of slope products [1/m].
 
-        Integrals start at the root if the frame is held there; for a free frame their mean along the beam vanishes.
+        g (m, m) of equation (9) in `attachment`; 0 for bodies other than beams. Integrals start at the root if the
+        frame is held there; for a free frame their mean along the beam vanishes.
         """
         beam, m = self.flexible.beam, len(self.mass)
         if beam is None:
@@ -91,8 +93,7 @@ class FlexibleModes:
         return smallness(self)
 
     def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Return, for n instants and by a cheap test, whether axial loads are certainly far below buckling; arguments
-        as in `FlexibleColumn.part`."""
+        """Return, for n instants, whether axial loads are far below buckling; arguments as in `FlexibleColumn.part`."""
         beam = self.flexible.beam
         if beam is None:
             return np.full(len(a), self.flexible.modal is not None)
@@ -147,8 +148,10 @@ def _key(flexible: Flexible) -> str:
 
 def modes_of(name: str, flexible: Flexible) -> FlexibleModes:
     """Return the eigenmodes (lowest first) and attachment modes of a body, or its given modes; cached for recent
-    bodies. Raises KernelError if the model has too few modes, or if something can move without mass or without
-    stiffness."""
+    bodies.
+
+    Raises KernelError if the model has too few modes, or if something can move without mass or without stiffness.
+    """
     key = name, repr(flexible)
     found = _last.pop(key, None) or _modes_of(name, flexible)
     _last[key] = found

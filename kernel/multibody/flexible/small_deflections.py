@@ -27,22 +27,24 @@ TIES = 1e-6  # part of the largest displacement by which nodes may differ that m
 
 @dataclass(frozen=True)
 class Smallness:
-    """The limits of a body's deflection: measures (13) of the module, linear in the mode coordinates. `rows` (n, m);
-    `groups`: number of rows for each place and kind; `turns`: whether a group is a rotation."""
+    """Limits up to which the deflection of a flexible body counts as small, equation (13) of the module."""
 
-    rows: np.ndarray
-    groups: tuple[int, ...]
-    turns: tuple[bool, ...]
+    rows: np.ndarray  # (n, m) linear in the mode coordinates
+    groups: tuple[int, ...]  # number of rows for each place and kind
+    turns: tuple[bool, ...]  # whether a group is a rotation
 
     @property
     def numbers(self) -> list[float]:
-        """The body's numbers in the parameter block P: the square of the limit that applies now, whether a note about
-        compression was added, the times since which the body has been near buckling and beyond it, and the rows."""
+        """The parameters of the deflection check of a body in block P.
+
+        The square of the limit that applies now, whether a note about compression was added, the times since which the
+        body has been near buckling and beyond it, and the rows.
+        """
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
     def use(self, eta: Array, rows: Array) -> list[Scalar]:
-        """Return the squared deflections and rotations of the body as shares of the limit (13), one per group, for mode
-        coordinates eta (m,)."""
+        """Return the squared utilisations of the deflection limits (13), one per group, at mode coordinates eta
+        (m,)."""
         out, first = [], 0
         for n in self.groups:
             parts = [row @ eta for row in rows[first : first + n]]
@@ -51,15 +53,14 @@ class Smallness:
         return out
 
     def guard(self, p: Array, eta: Array) -> Any:
-        """Return the guard of the deflection limit: the square of the limit that applies now, minus the largest squared
-        share (13)."""
+        """Return the guard of the deflection limit: negative once a deflection exceeds the limit that applies now."""
         largest: Scalar = 0.0
         for x in self.use(eta, np.reshape(p[BEFORE:], self.rows.shape)):
             largest = maximum(largest, x)
         return p[0] - largest
 
     def largest(self, eta: np.ndarray) -> tuple[float, bool]:
-        """Return the largest deflection or rotation as a share of the limit (13), and whether it is a rotation."""
+        """Return the largest utilisation of a deflection limit of the body, and whether a rotation causes it."""
         use = self.use(eta.astype(object), self.rows)  # floats of Python, whose products are summed in order
         first = max(range(len(use)), key=use.__getitem__)
         return sqrt(float(use[first])), self.turns[first]

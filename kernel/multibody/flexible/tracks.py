@@ -48,8 +48,10 @@ SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials, sought and refused; sh
 
 @lru_cache(maxsize=64)
 def track(modes: FlexibleModes, joint: str) -> Track:
-    """Return displacements and rotations (slopes) of a beam's modes as polynomials along the beam. Raises KernelError
-    naming the slider joint if the body is no beam or a mode is not smooth."""
+    """Return displacements and rotations (slopes) of a beam's modes as polynomials along the beam.
+
+    Raises KernelError naming the slider joint if the body is no beam or a mode is not smooth.
+    """
     beam, m = modes.flexible.beam, len(modes.mass)
     if beam is None or beam.start:
         raise KernelError(
@@ -82,8 +84,7 @@ def track(modes: FlexibleModes, joint: str) -> Track:
 
 
 def with_stations(system: System) -> tuple[System, dict[str, FlexibleModes]]:
-    """Return the system with a massless body (station) for each point on flexible bodies, and the modes of these bodies
-    by name."""
+    """Return the system with a massless body (station) for each point on flexible bodies, and these bodies' modes."""
     modes = {b.name: modes_of(b.name, b.flexible) for b in system.bodies if b.flexible}
     if not modes:
         return system, modes

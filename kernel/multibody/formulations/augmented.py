@@ -51,7 +51,7 @@ class _Joint:
         return self.X.T @ self.Q[:, len(self.free) :]
 
     def applied(self, tau: Array) -> Array:
-        """Return the wrench (6,) on the child that has the joint forces tau along the free motions and no constraint
+        """Return the wrench (6,) on a joint's child with the joint forces tau along the free motions and no constraint
         part: R^T y = tau."""
         y: list[Scalar] = []
         for n, k in enumerate(self.free):
@@ -242,9 +242,11 @@ def articulated(
 def inwards(
     tree: Tree, K: Kinematics, tau: Array, I: list[Array], p: list[Array]
 ) -> tuple[Eliminated, tuple[Array, Array]]:
-    """Eliminate the free degrees of freedom from the tips to the roots (Featherstone 2008, (7.44) to (7.48)). I (6, 6)
-    and p (6,) of the bodies become the articulated ones; those of the last root are also returned, for the body or
-    ground that carries it."""
+    """Eliminate the free degrees of freedom from the tips to the roots (Featherstone 2008, (7.44) to (7.48)).
+
+    I (6, 6) and p (6,) of the bodies become the articulated ones; those of the last root are also returned, for the
+    body or ground that carries it.
+    """
     given = set(tree.prescribed_dofs)
     U: Eliminated = {}
     inertia, force = np.zeros((6, 6)), np.zeros(6)
@@ -268,8 +270,11 @@ def inwards(
 def outwards(
     tree: Tree, K: Kinematics, U: Eliminated, base: Array, given: dict[int, Scalar]
 ) -> tuple[dict[int, Scalar], list[Array]]:
-    """Return the accelerations of the degrees of freedom from the roots to the tips, and those of the bodies beyond
-    their bias; `base`: acceleration (6,) of the ground."""
+    """Return the accelerations of all degrees of freedom and bodies, from the roots to the tips (outward pass).
+
+    Second pass of the articulated-body algorithm: accelerations of bodies less their velocity-dependent part; `base`:
+    acceleration (6,) of the ground.
+    """
     X: list[Array] = []
     dv = dict(given)
     for i, b in enumerate(tree.bodies):

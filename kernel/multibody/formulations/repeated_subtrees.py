@@ -34,7 +34,7 @@ class Limb:
 
 @dataclass(frozen=True)
 class Kind:
-    """A set of equal branches as one tree with separate parameters, and its traced functions.
+    """Equal branches of a tree, which share traced functions and differ in their parameters.
 
     place(q, v, P, base): bodies at the `ends`; bend(q, v, tau, P, base, w...): articulated inertia and force on the
     trunk, dq, and intermediate results m; swing(x, m): dv for the acceleration x of the carrying body.
@@ -74,8 +74,7 @@ class Limbs:
     def dynamics(
         self, tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars
     ) -> tuple[Array, Array, Array]:
-        """Return dq/dt, dv/dt and the forces in the prescribed joints of the whole tree, as `dynamics.dynamics`
-        does."""
+        """Return dq/dt, dv/dt and forces in prescribed joints of the whole tree, as `dynamics.dynamics` does."""
         trunk = _part(tree, self._trunk)
         at = {i: n for n, i in enumerate(self._trunk)}
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), g, a_ref)

@@ -150,8 +150,7 @@ def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
 
 
 def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> str:
-    """Return, as part of a message, why a rigid rope switches endlessly between taut and slack: it works against a
-    drive; "" if no drive causes it."""
+    """Return why a rigid rope switches endlessly between taut and slack, naming the drive that causes it, or ""."""
     if not moving:
         return ""
     names = " and ".join(f"'{name}'" for name in moving)

@@ -40,8 +40,10 @@ Columns = Sequence[float]
 
 
 def keeping(program: Program, y: np.ndarray, P: np.ndarray, closed: Callable[[], np.ndarray]) -> np.ndarray:
-    """Return the state (ny,) with loops closed near the given values. Raises KernelError if that is impossible.
-    `closed`: returns a pose with closed loops, however far away, or raises KernelError if there is none."""
+    """Return the state (ny,) with loops closed near the given values; raises KernelError if that is impossible.
+
+    `closed`: returns a pose with closed loops, however far away, or raises KernelError if there is none.
+    """
     pose = pose_of(program, y, P)
     asked = _asked(program, [bool(k.joint.q0) for k in program.graph.links])
     free = [[not asked[c] for c in g.columns] for g in pose.groups]
@@ -156,7 +158,9 @@ def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray
 
 def changes_message(program: Program, before: np.ndarray, after: np.ndarray, P: np.ndarray) -> list[str]:
     """Return one sentence for each given coordinate or speed that was changed by more than the rounding of its digits.
-    The coordinates of a joint that closes a loop are not reported, since they follow from the other coordinates."""
+
+    The coordinates of a joint that closes a loop are not reported, since they follow from the other coordinates.
+    """
     links, nq = program.graph.links, program.nq
     names = ", ".join(dict.fromkeys(n for n, _ in zip(program.constraints.names, program.constraints.of, strict=False)))
     moved, sped = [], []

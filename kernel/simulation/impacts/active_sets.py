@@ -35,14 +35,12 @@ Survey = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Act:
-    """The operations that the impact solver needs of a simulation. `survey`: returns Delassus matrix, speeds and free
-    accelerations of the constraint rows; `slack`: slack of rigid ropes [m]; `kick`: applies impulses; `close`: projects
-    positions and speeds onto the constraints."""
+    """Callbacks through which the impact solver reads and changes a simulation."""
 
-    survey: Callable[[], Survey]
-    slack: Callable[[], np.ndarray]
-    kick: Callable[[np.ndarray], None]
-    close: Callable[[], None]
+    survey: Callable[[], Survey]  # Delassus matrix, speeds and free accelerations of the rows
+    slack: Callable[[], np.ndarray]  # slack of rigid ropes [m]
+    kick: Callable[[np.ndarray], None]  # applies impulses
+    close: Callable[[], None]  # projects positions and speeds onto the constraints
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ SOFT = 1e-10  # regularisation of joints that close loops, relative
 
 
 def part(values: np.ndarray, rows: list[int]) -> np.ndarray:
-    """Return the values of the given constraint rows; 0 for row -1, which stands for a missing tangent."""
+    """Return the values of the given constraint rows; 0 for row -1, which stands for a missing tangent row."""
     wide: np.ndarray = np.append(values, 0.0)[rows] if rows else np.zeros(0)
     return wide
 

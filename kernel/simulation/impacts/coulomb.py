@@ -35,34 +35,30 @@ CREEP = 1e-6  # relative size of an acceleration against a slip that begins
 
 @dataclass(frozen=True)
 class ContactProblem:
-    """Impact or force problem of m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of
-    the rows (normal, tangent, tangent); mu (m,); moving (m, 2): direction of contacts that slide already, otherwise
-    zero."""
+    """Impact or force problem of m contacts with Coulomb friction, with three rows each: normal, tangent, tangent."""
 
-    A: np.ndarray
-    b: np.ndarray
-    mu: np.ndarray
-    moving: np.ndarray
+    A: np.ndarray  # (3m, 3m) Delassus matrix
+    b: np.ndarray  # (3m,) free velocity or acceleration of the rows
+    mu: np.ndarray  # (m,)
+    moving: np.ndarray  # (m, 2) direction of contacts that slide already, otherwise zero
     size: np.ndarray | None = None
     """Softness (3m,) of the rows: redundant rows share forces in proportion to it (None: to the diagonal of A)."""
 
 
 @dataclass(frozen=True)
 class FrictionSolution:
-    """Solution of a contact problem: x (3m,) impulses or forces, w (3m,) velocities or accelerations; push (m,), stick
-    (m,) booleans; u (m, 2) directions of sliding; share (m, 2): friction shares if not unique; prior (3m,): reference
-    for forces that are not unique.
+    """Solution of a contact problem: impulses or forces, resulting motion, and which contacts push, stick or slide.
 
     `found` is False if no set fulfils all conditions.
     """
 
-    x: np.ndarray
-    w: np.ndarray
-    push: np.ndarray
-    stick: np.ndarray
-    u: np.ndarray
-    share: np.ndarray
-    prior: np.ndarray
+    x: np.ndarray  # (3m,) impulses or forces
+    w: np.ndarray  # (3m,) velocities or accelerations
+    push: np.ndarray  # (m,) booleans
+    stick: np.ndarray  # (m,) booleans
+    u: np.ndarray  # (m, 2) directions of sliding
+    share: np.ndarray  # (m, 2) friction shares if not unique
+    prior: np.ndarray  # (3m,) reference for forces that are not unique
     found: bool
 
 
@@ -242,8 +238,10 @@ REST = 1e-2  # part of the largest acceleration of what slides below which a pla
 
 
 def mobile(A: np.ndarray, f: FrictionSolution) -> np.ndarray:
-    """Return for each contact (m,) whether it is at its friction limit and free to move along its sliding direction
-    f.u; A: (3m, 3m) Delassus matrix of all contacts."""
+    """Return for each contact (m,) whether it is at its friction limit and free to move along its sliding direction.
+
+    f.u: these directions; A: (3m, 3m) Delassus matrix of all contacts.
+    """
     m = len(f.push)
     rows = [3 * i + k for i in range(m) if f.push[i] for k in range(3 if f.stick[i] else 1) if A[3 * i + k, 3 * i + k]]
     out = np.zeros(m, bool)

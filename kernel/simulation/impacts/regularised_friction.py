@@ -29,11 +29,11 @@ SETTLED = 1e-6  # change of a step, relative to e and to the limits, that is sma
 def regularised(
     A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray, size: np.ndarray, x: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
-    """Return the solution of Coulomb friction regularised by softness: x (3m,) impulses or forces; which contacts slide
-    (m,) and their directions u (m, 2); softness (m, 2) of sticking tangents, relative to that of the normals.
+    """Return the solution of Coulomb friction regularised by softness: impulses or forces, and which contacts slide.
 
-    Other arguments as in `coulomb.ContactProblem`; `size` (3m,): softness of each row; x: initial forces. Returns None
-    if nothing pushes, or for a singular step.
+    x (3m,) impulses or forces; which contacts slide (m,) and their directions u (m, 2); softness (m, 2) of sticking
+    tangents, relative to that of the normals. Other arguments as in `coulomb.ContactProblem`; `size` (3m,): softness of
+    each row; x: initial forces. Returns None if nothing pushes, or for a singular step.
     """
     m = len(mu)
     given = np.abs(moving).sum(axis=1) > 0.0
@@ -146,8 +146,7 @@ ENOUGH = 1e-8  # change that is accepted after all sweeps
 
 
 def sweep(A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray) -> tuple[np.ndarray, bool]:
-    """Return impulses or forces x (3m,) of a contact problem by projected sweeps over the contacts (as in
-    `coulomb.settle`), and whether the sweeps converged."""
+    """Return impulses or forces x (3m,) of a contact problem by projected Gauss-Seidel, and whether it converged."""
     a, w, x = A.tolist(), b.tolist(), [0.0] * len(b)
     contacts = [
         (3 * i, float(mu[i]), [float(e) for e in moving[i]], _rate(A[3 * i + 1 : 3 * i + 3, 3 * i + 1 : 3 * i + 3]))

@@ -25,8 +25,10 @@ LEFT = 1e-4  # part of the energy of impulses that may be lost in loops by such 
 
 @dataclass(frozen=True)
 class RopeImpactResult:
-    """Result of an impact of rigid ropes: velocities (n_v,), and for each rope whether it may pull, whether it is taut,
-    its impulse [N s], heat and work [J]."""
+    """Result of an impact of rigid ropes: velocities (n_v,), and for each rope its state, impulse, heat and work.
+
+    Whether it may pull, whether it is taut, its impulse [N s], heat and work [J].
+    """
 
     v: np.ndarray
     may: list[bool]
@@ -37,8 +39,11 @@ class RopeImpactResult:
 
 
 def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarray) -> RopeImpactResult:
-    """Return impulses and taut rigid ropes for a state at an event; ropes that the parameters P mark as taut stay taut
-    unless they would push. Raises KernelError if no set of taut ropes agrees with the forces."""
+    """Return impulses and taut rigid ropes for a state at an event.
+
+    Ropes that the parameters P mark as taut stay taut unless they would push. Raises KernelError if no set of taut
+    ropes agrees with the forces.
+    """
     constraints, ropes = program.constraints, program.system.rigid_ropes
     first = len(constraints) - len(ropes)
     slots = [program.parameters.at["rigid", r.name] for r in ropes]
@@ -63,8 +68,7 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
         return y_after
 
     def forces(still: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the tensions [N] of the rigid ropes that may pull, and the resulting second derivatives of the slack
-        [m/s2]."""
+        """Return the tensions [N] of the rigid ropes that may pull, and the accelerations of their slack [m/s2]."""
         there = evaluate(program, t, moved(), Q, among).constraint_rows()
         return _complementary(there.matrix(), np.array(there.approach(), dtype=float), first, still, t)
 

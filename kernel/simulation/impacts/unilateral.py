@@ -33,13 +33,12 @@ Numbers = Callable[[str, str], np.ndarray]
 
 @dataclass(frozen=True)
 class Unilateral(ABC):
-    """A unilateral constraint, that is a contact slot or a rigid rope; `numbers`: its parameters; `rows`: row numbers,
-    normal first; `guard`: number of the guard of its force."""
+    """A unilateral constraint: a contact slot (place for a touching point) or a rigid rope."""
 
     name: str
-    numbers: Numbers
-    rows: list[int]
-    guard: int
+    numbers: Numbers  # its parameters
+    rows: list[int]  # row numbers, normal first
+    guard: int  # number of the guard of its force
 
     label = ""
 
@@ -64,17 +63,16 @@ class Unilateral(ABC):
 
     @abstractmethod
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """Keep the constraint active, either sticking or at the friction limit along u (2,), sliding or not; `share`:
-        shares of friction (2,); `prior`: reference force (3,)."""
+        """Keep the constraint active: sticking, or at the friction limit along u (2,), sliding or not; `share`: shares
+        of friction (2,); `prior`: reference force (3,)."""
 
 
 @dataclass(frozen=True)
 class Slot(Unilateral):
-    """A contact slot, which holds the state of one point where two bodies touch; `name`: name of the contact, `key`:
-    name of the slot."""
+    """A contact slot, which holds the state of one point where two bodies touch."""
 
     site: Site
-    key: str
+    key: str  # name of the slot; `name` is that of the contact
 
     label = "contact"
 
@@ -100,7 +98,7 @@ class Slot(Unilateral):
         return bool(self.state[SlotAt.SLIPS] > 0.0)
 
     def take(self, candidate: int, held: list[float]) -> None:
-        """Assign a touching contact candidate to the slot, with the numbers `held` of its frame."""
+        """Assign a point at which the two bodies touch to this slot; `held`: numbers of its contact frame."""
         self.state[:HELD] = held
         self.state[SlotAt.ON], self.state[SlotAt.CANDIDATE] = 1.0, candidate
         self.numbers("held", self.name)[candidate] = 1.0
@@ -176,7 +174,7 @@ def slots_of(program: "Program", numbers: Numbers) -> list[Slot]:
 
 
 def first_guard(program: "Program", kind: str) -> int:
-    """Return the index of the first guard of a kind in a program; -1 if there is none."""
+    """Return the index of the first guard (event function) of a kind in a program; -1 if there is none."""
     return next((i for i, (what, _) in enumerate(program.guards) if what == kind), -1)
 
 
@@ -199,8 +197,8 @@ def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
 
 
 def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fell: set[int]) -> None:
-    """Free the slots of contacts that have left their face, and assign free slots to touching candidates, the fastest
-    first; all of them stick at first.
+    """Assign contact slots to the points that touch now, the fastest first, and free the slots of contacts that have
+    left their face; all contacts stick at first.
 
     `fell`: candidates, counted through all sites, whose guards report a touch. At the end of an edge, round-off may
     make another candidate touch here than the one of the guard.

@@ -16,8 +16,8 @@ FLAG = ("tg", "dip")  # start of the step before the last one; whether a dip is 
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Initialise the detection of dips of guards; an extrapolated point before the start, on the tangent that the
-    evaluation `ahead` gives, replaces the previous step."""
+    """Initialise the detection of dips of guards; a point on the tangent before the start, from the evaluation `ahead`,
+    replaces the previous step."""
     s.tg, s.t0, s.Gb, s.Ga, s.dip = s.t - NEAR, s.t, s.G, 2.0 * s.G - ahead.G, 0.0
 
 
@@ -48,8 +48,7 @@ def _shallow(s: StepState, b: Value, c: Value) -> Value:
 
 
 def dive(s: StepState, rate: Rate, method: Method) -> None:
-    """Locate an event at the minimum of a guard in the last step, if the guard is negative there in the dense
-    output."""
+    """Locate an event at the minimum of a guard in the last step, if it is negative there in the dense output."""
     among = s.t0 + 0.5 * s.h0
     parts = [(u - NODES[0]) / (NODES[-1] - NODES[0]) for u in NODES]
     inner = [rate(s.t0 + x * s.h0, among, method.interpolate(s, x)).G for x in parts[1:-1]]

@@ -29,7 +29,7 @@ RARE = "sample", "look", "refresh", "slope", "climb", "dive"  # between steps
 
 
 class Stepping:
-    """Native functions of a program: `advance` (the loop over steps), step, commit, sample, bisect, refresh, look."""
+    """Native functions of a program for one integration method: steps, commits, samples and location of events."""
 
     def __init__(self, program: Program, method: Method, control: Control) -> None:
         p = self.program = program
@@ -139,7 +139,7 @@ class Stepping:
             self.advance = Sequence("advance", ())
 
     def ir(self, fused: bool = False) -> str:
-        """Return the LLVM IR of all functions; `fused`: see `Options`."""
+        """Return the LLVM IR of all functions; `fused`: use fused multiply-adds."""
         return module(self.advance, *self.functions.values(), fused=fused)
 
     def _halt(self, n_p: int) -> Function:
@@ -200,15 +200,13 @@ class Stepping:
 
 
 class Oracle:
-    """Interpreter of the native functions on Python floats, in place of the compiled `emit.Library`; the reference in
-    tests."""
+    """Interpreter of the native functions on Python floats, a reference for tests of the compiled `emit.Library`."""
 
     def __init__(self, method: Stepping) -> None:
         self._functions: dict[str, Function | EmittedParts] = {**method.functions, "advance": method.advance}
 
     def call(self, name: str, *blocks: np.ndarray) -> None:
-        """Run a native function on its blocks by interpreting it on floats; blocks in the order of its native
-        arguments."""
+        """Run a native function on its blocks, in the order of its native arguments, by interpreting it on floats."""
         f = self._functions[name]
         self._run(f, dict(zip(names(f), blocks, strict=True)))
 

@@ -62,8 +62,7 @@ _loaded: dict[tuple[str, int], tuple[Stepping, Library]] = {}  # by structure an
 
 
 class NativeState:
-    """The state block X, the parameters P, the matrices M of a method and the table of samples, with the machine code
-    for them. `epoch`: start of local time [ns]; `calm`: ropes without events; `notes`: warnings of the run so far."""
+    """The memory blocks of a simulation (state X, parameters P, matrices M, samples) with the machine code for them."""
 
     program: Program
     method: Stepping
@@ -73,9 +72,9 @@ class NativeState:
         o = options
         check_options(o.tolerance, o.sample_ns, LONGEST if o.h_max is None else o.h_max, o.step, o.opt)
         self._system, self.options = system, options
-        self.epoch = 0
-        self.calm: frozenset[str] = frozenset()
-        self.notes: list[Note] = []
+        self.epoch = 0  # start of local time [ns]
+        self.calm: frozenset[str] = frozenset()  # ropes without events
+        self.notes: list[Note] = []  # warnings of the run so far
         self._variants: dict[tuple[frozenset[str], frozenset[str]], Variant] = {}
         self.use(None)
         self.P = self.program.parameters.initial.copy()
@@ -96,7 +95,7 @@ class NativeState:
     # ---- code ---------------------------------------------------------------------------------------------
 
     def use(self, locked: frozenset[str] | None) -> None:
-        """Switch to the code of the scene with these locks engaged; None stands for the locks engaged at the start."""
+        """Switch to the machine code for a set of engaged locks; None stands for the locks engaged at the start."""
         if locked is None or (locked, self.calm) not in self._variants:
             variant = self._variant(locked)
             locked = variant[0].locked
@@ -148,8 +147,8 @@ class NativeState:
         self._calls[name]()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """Return a native function bound to the blocks of the simulation for repeated calls; the caller must keep the
-        blocks alive."""
+        """Return a native function bound to blocks of the simulation, which the caller must keep alive, for many
+        calls."""
         code = self.code
         return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
 
@@ -196,8 +195,7 @@ class NativeState:
 
     @property
     def evaluations(self) -> int:
-        """Number of evaluations of the right-hand side in steps and Jacobians, without those for samples, events and
-        peaks."""
+        """Number of evaluations of the right-hand side in steps and Jacobians, not for samples, events and peaks."""
         method = self.method.method
         return round(method.evaluations * self.attempts + sum(n * self[name] for name, n in method.counted.items()))
 
@@ -211,15 +209,14 @@ class NativeState:
         return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
 
     def reached_ns(self, t: float) -> int:
-        """Return the first simulation time [ns] that is not before local time t [s], by the same comparison that ends
-        steps."""
+        """Return the first simulation time [ns] not before local time t [s], by the same comparison that ends steps."""
         n = self.epoch + max(0, ceil(t * 1e9) - 1)
         while self.local(n) < t:
             n += 1
         return n
 
     def among(self) -> float:
-        """Return a local time [s] within the present piece of the speed profiles, as steps use it."""
+        """Return a local time [s] within the present piece of the speed profiles, by which evaluations select it."""
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
 
     # ---- evaluations --------------------------------------------------------------------------------------
@@ -258,16 +255,15 @@ class NativeState:
         return evaluate(self.program, self["t"], self.state.copy(), self.P, self.among())
 
     def close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Take one Newton step from state y onto the constraints; return the new y, the gaps and slips before the step,
-        and the pivots of the constraint rows."""
+        """Take one Newton step from state y onto the constraints; return the new y, the gaps and slips of the
+        constraint rows before the step, and their pivots."""
         self.X[self.at["y"]] = y
         self.call("close")
         place, gap, slip, pivot = (self.part(name).copy() for name in ("y", "gap", "slip", "pivot"))
         return place, gap, slip, pivot
 
     def survey(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the Delassus matrix (n, n), the speeds and the free accelerations (n,) of all constraint rows at the
-        present state."""
+        """Return the Delassus matrix (n, n), speeds and free accelerations (n,) of all constraint rows at present."""
         self.call("survey")
         matrix, speed, free = (self.part(name).copy() for name in ("delassus", "speed", "free"))
         return matrix.reshape(len(speed), len(speed)), speed, free

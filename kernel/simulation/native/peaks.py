@@ -23,8 +23,8 @@ ROUNDS = 4  # of Newton, from the highest node
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Initialise the detection of tension maxima; an extrapolated point before the start, on the tangent that the
-    evaluation `ahead` gives, replaces the previous step."""
+    """Initialise the detection of tension maxima; a point on the tangent before the start, from the evaluation `ahead`,
+    replaces the previous step."""
     # a point on the tangent before the start: two earlier ends are needed to bound a bend
     s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead.T
     s.steep = s.hilly = 0.0
@@ -65,7 +65,7 @@ def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
 
 
 def slope(s: StepState, rate: Rate) -> None:
-    """Determine whether a tension that rose during the step is falling at its end."""
+    """Determine whether a tension that rose during the step falls at its end, so that it has passed a maximum."""
     # backward difference over a microsecond, with the profile piece of the step
     behind = rate(s.t - NEAR, s.t0 + 0.5 * s.h0, s.y - NEAR * s.f).T
     _, rises = _bounds(s, s.t)

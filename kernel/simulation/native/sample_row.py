@@ -48,15 +48,14 @@ class SampleInstant:
 
 @dataclass(frozen=True)
 class ColumnGroup:
-    """A group of columns of a sample row: unit, frame, names of the items that own its columns, and the function `read`
-    that computes it; without `read`, the group is the part `kept` of the state block X, which the steps maintain."""
+    """A group of columns of a sample row, with its unit, frame, owners, and the function `read` that computes it."""
 
     name: str
     unit: str
     frame: str
-    owners: Callable[[Program], Sequence[str]]
+    owners: Callable[[Program], Sequence[str]]  # names of the items that own its columns
     read: Callable[[SampleInstant], Value] | None = None
-    kept: str = ""
+    kept: str = ""  # without `read`: its part of the state block X, which the steps maintain
     single: bool = False
 
 
@@ -140,13 +139,12 @@ def columns(x: Evaluation) -> list[Value]:
 
 
 def kept(s: StepState) -> list[Value]:
-    """Return the values of the sample columns that the steps maintain in the state block X."""
+    """Return the sample columns that steps maintain in the state block X, such as peak tensions."""
     return flatten([getattr(s, c.kept) for c in ROW if not c.read])
 
 
 def labels(program: Program) -> list[Label]:
-    """Return for each column of a program's sample rows its group, the name of the item that owns it, and its
-    number."""
+    """Return, for each column of a program's sample rows, its group, the name of its owner, and its number."""
     out: list[Label] = []
     for c in ROW:
         number: dict[object, int] = {}
@@ -157,8 +155,11 @@ def labels(program: Program) -> list[Label]:
 
 
 def projection(program: Program) -> Function:
-    """Return the traced function t, y, P -> place (y projected onto the constraints), gap and slip (n,) of the
-    constraint rows before the projection, pivot (n,) (see `ConstraintRows.pivots`)."""
+    """Return the traced function that projects a state y onto the constraints.
+
+    t, y, P -> place (the projected y), gap and slip (n,) of the constraint rows before, pivot (n,) (see
+    `ConstraintRows.pivots`).
+    """
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         e = evaluate(program, t[0], y, P, forces=False)
@@ -215,8 +216,7 @@ def kicking(program: Program) -> Function:
 
 
 def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
-    """Compute Delassus matrix, speeds and free accelerations of the constraint rows at (t, y), and write them into the
-    work block."""
+    """Write Delassus matrix, speeds and free accelerations of the constraint rows at (t, y) into the work block."""
     x = f(t=[s.t, inside], y=s.y, P=P)
     s.delassus, s.speed, s.free = x.delassus, x.speed, x.free
 
@@ -227,8 +227,8 @@ def kick(s: StepState, P: Value, f: Function) -> None:
 
 
 def halted(x: Evaluation) -> Value:
-    """Return the state (ny,) with all locked joints at rest; the energy accounts include heat and work of the
-    impulses."""
+    """Return the state (ny,) with all locked joints at rest, including heat and work of the impulses in its
+    accounts."""
     p = x.program
     v, accounts = list(x.v), dict(zip(p.accounts, x.accounts, strict=True))
     locks = {lock.joint: lock.name for lock in p.system.locks}

@@ -84,7 +84,7 @@ def _topics(p: Program) -> list[Topic]:
     gauges = [_gauges(k) for k in p.graph.links if k.modes and k.modes.flexible.gauges]
 
     def of(topic: str, names: Sequence[str], *groups: str) -> Topic:
-        """Return a recorded channel whose columns are those of some column groups, unchanged."""
+        """Return a recorded channel made of some column groups of a sample row, unchanged."""
         return topic, names, UNITS[groups[0]], lambda raw: np.concatenate([raw[g] for g in groups], axis=1)
 
     def energies(raw: RawRows) -> np.ndarray:
@@ -145,7 +145,7 @@ def _pose(first: int) -> Read:
 
 
 def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
-    """Return, for each topic and unit of sampled force quantities, their names and their columns in `row.shown`."""
+    """Return, for each topic and unit of sampled force quantities, the names and the indices of their columns."""
     groups: dict[tuple[str, str], list[tuple[str, int]]] = {}
     for i, (_, _, x) in enumerate(p.columns["shown"]):
         groups.setdefault((x.topic, x.unit), []).append((x.name, i))
@@ -188,8 +188,10 @@ class _Derivatives(RawRows):
 
 
 def differentiated(method: Stepping, row: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return recorded samples (columns,) for the sample row `row` (m,), and their derivatives (k, columns) for the
-    changes `change` (m, k) of `row`; NaN where they are not known."""
+    """Return recorded samples (columns,) for the sample row `row` (m,), and their derivatives (k, columns).
+
+    For the changes `change` (m, k) of `row`; NaN where they are not known.
+    """
     beyond = method.columns - len(row)
     at = RawRows(method, np.pad(row, (0, beyond), constant_values=np.nan)[None])
     moved = _Derivatives(method, np.pad(change.T, ((0, 0), (0, beyond))), at)
@@ -201,8 +203,7 @@ Reader: TypeAlias = Callable[[Sequence[float]], float]  # of a raw row (columns,
 
 
 def reader(program: Program, signal: ScalarSignal) -> Reader:
-    """Return the function that reads a scalar signal from a sample row; raises KernelError if the scene has no such
-    signal."""
+    """Return the function that reads a scalar signal from a sample row; raises KernelError for an unknown signal."""
     system = program.system
     check_signal(signal, system, f"signal '{signal.quantity}'")
     places = [_placed(program, point) for point in points(signal, system)]

@@ -26,8 +26,10 @@ Row = Callable[[Value, Value], list[Value]]  # (t, y) -> columns of a sample
 
 
 def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
-    """Attempt a step from (t, y) with derivative f; a `forced` step is always accepted. Guards are evaluated in every
-    stage, so a guard that falls and recovers within the step is not missed."""
+    """Attempt a step from (t, y) with derivative f; a `forced` step is always accepted.
+
+    Guards are evaluated in every stage, so a guard that falls and recovers within the step is not missed.
+    """
     h, last = length(s)
     if hasattr(s, "top"):
         remember(s)
@@ -72,8 +74,7 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
 
 
 def fallen_status(s: StepState, fallen: Value) -> Value:
-    """Return the status of the stepping loop: EVENT if a guard is negative, unless a failure or rest takes
-    precedence."""
+    """Return the status of the stepping loop: EVENT if a guard is negative, unless it has failed or is at rest."""
     # an event takes precedence over the end of a profile piece, but not over a failure or a rest
     return select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm)
 
@@ -91,16 +92,18 @@ def bounded(h: Value, r: Evaluated) -> Value:
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Return 1 s plus the local time from which a fixed step could let shapes pass through each other unnoticed; 0 if
-    there is no such time so far, negative if a note about it was already added."""
+    """Return 1 s plus the time from which shapes could pass through each other within a fixed step; 0 if never so far.
+
+    Local time; negative if a note about it was already added.
+    """
     # a fixed step is not shortened: it is only noted when shapes could have passed unseen
     blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
     return select(abs(s.passing) > 0.0, s.passing, blind)
 
 
 def go_on(s: StepState, status: Value) -> None:
-    """Set the status of the stepping loop, and let it continue only without an event and while budget, sample space and
-    time are left."""
+    """Set the status of the stepping loop, which continues if it is RUNNING and budget, sample space and time are
+    left."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
 
@@ -112,8 +115,10 @@ def complete(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def bisect(s: StepState, rate: Rate, method: Method) -> None:
-    """Halve the bracket [lo, hi] around the first zero of a guard in the last step; G holds the guards at hi. A zero
-    that only a stage has shown is discarded if the dense output does not confirm it at that time."""
+    """Halve the bracket [lo, hi] around the first zero of a guard in the last step; G holds the guards at hi.
+
+    A zero that only a stage has shown is discarded if the dense output does not confirm it at that time.
+    """
     # a zero seen by a stage is checked at that stage first: stages are less accurate than the dense output
     x = select(s.doubt > 0.0, s.hi, 0.5 * (s.lo + s.hi))
     t = s.t0 + x * s.h0
@@ -188,7 +193,7 @@ def close(s: StepState, project: Project) -> None:
 
 
 def look(s: StepState, row: Row) -> tuple[Value, list[Value]]:
-    """Write the present state into the next free sample row without occupying it."""
+    """Write the present state as a sample row, to be read at once: the next sample overwrites this row."""
     return s.row, [*row(s.t, s.y), *kept(s)]
 
 

@@ -24,16 +24,14 @@ Rate = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class Rattling:
-    """Detects rattling ropes: counts rapidly repeated events of each rope; `counts`: name -> number of events, time of
-    the first and of the last."""
+    """Detects rattling ropes by counting the rapidly repeated events of each rope."""
 
     def __init__(self, resolved: float) -> None:
         self._resolved_ns = round(resolved * 1e9)
         self.counts: dict[str, tuple[int, int, int]] = {}  # how many, when the first and the last came [ns]
 
     def hear(self, name: str, t_ns: int) -> float:
-        """Register that a rope became taut; return the frequency of its rattle [Hz], or 0 if the rope does not
-        rattle."""
+        """Register that a rope became taut; return the frequency of its rattle [Hz], 0 if it does not rattle."""
         n, first, last = self.counts.get(name, (0, t_ns, t_ns))
         # a pause longer than the resolution begins a new rattle
         n, first = (n + 1, first) if t_ns - last <= self._resolved_ns else (0, t_ns)
@@ -50,8 +48,10 @@ def critical(EA: float, L0: float, mass: float) -> float:
 
 
 def moved_mass(p: np.ndarray, i: int, velocities: slice, y: np.ndarray, rate: Rate) -> float:
-    """Return the effective mass [kg] that moves along rope i, 1/(J H^-1 J^T); infinite if the rope moves nothing. p:
-    the rope's numbers, restored at the end; `rate(y)`: derivative and tensions with these numbers."""
+    """Return the effective mass [kg] that moves along rope i, 1/(J H^-1 J^T); infinite if the rope moves nothing.
+
+    p: the rope's numbers, restored at the end; `rate(y)`: derivative and tensions with these numbers.
+    """
     before, c = p.copy(), float(p[RopeAt.EA])
     # the weight of a heavy rope, last in its numbers, would accelerate its ends without any tension
     if (len(p) - ROPE_HEAD) % ROPE_LINE:

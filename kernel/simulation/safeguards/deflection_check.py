@@ -31,8 +31,8 @@ LAST = (REFUSED / WARNED) ** 2  # the second limit, as part of the first one, sq
 
 
 def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
-    """Move a flexible body that has reached a deflection limit on to the next limit; return an event whose value is the
-    deflection. Raises KernelError at the second limit."""
+    """Set the next deflection limit for a flexible body that has reached one; return an event with the deflection.
+    Raises KernelError at the second limit."""
     link = native.program.graph.links[native.program.graph.number(name)]
     limit = native.P[native.program.parameters.at["bending", name]]
     if limit[0] >= LAST:
@@ -49,8 +49,7 @@ def bent(native: NativeState, name: str, t_ns: int) -> Note:
 
 
 def check_bending(native: NativeState) -> None:
-    """Check the deflections of flexible bodies in statics: raise KernelError beyond the second limit, add a note beyond
-    the first."""
+    """Check deflections of flexible bodies in statics: KernelError beyond the second limit, a note beyond the first."""
     t_ns = native.epoch + round(native["t"] * 1e9)
     if native.program.axial:
         check_compression(native, np.array(native.method.row_layout.pack(native.row())), t_ns, lasting=0.0)
@@ -81,7 +80,7 @@ def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[
 
 
 def relieve(native: NativeState) -> None:
-    """Reset, for all flexible bodies, the times since which they have been near buckling."""
+    """Reset the times since which the flexible bodies have been near buckling."""
     for link, *_ in native.program.compressible:
         native.P[native.program.parameters.at["bending", link.body.name]][2:4] = NEVER
 

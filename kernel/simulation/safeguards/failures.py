@@ -65,8 +65,7 @@ def unsolved(method: str, t: float) -> KernelError:
 
 
 def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -> KernelError | None:
-    """Return the error for a rope without direction (ends in one point), or a body of infinite velocities v (nv,); else
-    None."""
+    """Return the error for a rope whose ends coincide, or a body of infinite velocities v (nv,); otherwise None."""
     check_lengths(program, t, row.length)
     for rope, span in zip(program.system.ropes, row.length + row.elongation, strict=True):
         if span < SHORTEST_ROPE:

@@ -28,8 +28,7 @@ ASIDE = 1e-4  # [m, rad] along the shape to either side
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest mode of a scene: frequency |s|/2 pi [Hz], damping ratio, body of most kinetic energy, stiff law or
-    ""."""
+    """The fastest mode of a scene: frequency |s|/2 pi [Hz], damping ratio, body of most kinetic energy, stiff law."""
 
     frequency: float
     damping: float
@@ -51,8 +50,7 @@ def fastest_mode_text(native: NativeState, J: np.ndarray | None = None) -> str:
 
 
 def fastest(native: NativeState, J: np.ndarray) -> Fastest | None:
-    """Return the fastest mode of the Jacobian J (n, n) of the rates of coordinates and velocities; None if it is not
-    stiff."""
+    """Return the fastest mode of the Jacobian J (n, n) of the rates of q and v; None if it is not stiff."""
     p, y = native.program, native.state.copy()
     if not (np.isfinite(J).all() and np.isfinite(y).all()):
         return None
@@ -93,16 +91,15 @@ SHORTER = 0.8  # of its length: a rope that much shorter is a quarter stiffer
 
 
 class StepCheck:
-    """Check of a fixed `step` [s]; `lengths`: rope lengths at the last check [m]; `missed`: whether a note about a
-    distorted mode was added."""
+    """Check whether a fixed `step` [s] stays stable and accurate while ropes become shorter."""
 
     def __init__(self, native: NativeState, step: float) -> None:
         self._native, self._step = native, step
-        self.lengths = np.zeros(len(native.program.system.ropes))
-        self.missed = False
+        self.lengths = np.zeros(len(native.program.system.ropes))  # rope lengths at the last check [m]
+        self.missed = False  # whether a note about a distorted mode was added
 
     def see(self, t_ns: int, row: np.ndarray) -> None:
-        """Check the fixed step at a sample row, if a rope has become much shorter since the last check."""
+        """Check the fixed step at a sample row if a rope has become much shorter since the last check."""
         if (row[self._native.method.row_layout.at["length"]] < SHORTER * self.lengths).any():
             self.check(t_ns, row)
 
@@ -226,8 +223,7 @@ class EnergyCheck:
             self._native.notes.append(Note(round(t * 1e9), message))
 
     def fine(self, rows: np.ndarray) -> bool:
-        """Return whether `check` would accept all sample rows (n, columns); if so, add their energies to the
-        balance."""
+        """Return whether all sample rows (n, columns) are in energy balance; if so, add their energies."""
         if self.balance.strict:
             self.see(rows)
             return True
