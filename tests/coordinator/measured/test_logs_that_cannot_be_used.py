@@ -116,7 +116,7 @@ def test_a_file_that_is_not_a_measured_log_is_refused(run: Path, tmp_path: Path)
         assert "this log does not exist" in refused(run, tmp_path / name)
     path = tmp_path / "log.csv"
     for data, what in ((b"", "no rows"), (b"time,cell\n", "no rows"), (b"\xff\xfe\n\x81", "not UTF-8 text"),
-                       (b"time [s],cell\n0,1\n1,2,3\n", "row 3: has 3 cells, but the header has 2")):  # fmt: skip
+                       (b"time [s],cell\n0,1\n1,2,3\n", "row 3 has 3 cells, but the header has 2")):  # fmt: skip
         path.write_bytes(data)
         assert what in refused(run, path)
 

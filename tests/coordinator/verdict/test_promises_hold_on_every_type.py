@@ -99,8 +99,8 @@ def test_the_order_to_stop_all_cranes_stops_what_an_order_to_each_crane_stops(li
 
 
 def moved(use: Use, share: float) -> Use | None:
-    """The limit of a use so that its value uses `share` of it."""
-    limit, value = use.limit, use.value
+    """The limit of a use, without contingencies, so that its value uses `share` of it."""
+    limit, value = msgspec.structs.replace(use.limit, spread=0.0, inputs=""), use.value
     if value is None or not value or not limit.known or use.use is None or not isfinite(use.use) or limit.rest:
         return None
     if limit.between is not None:

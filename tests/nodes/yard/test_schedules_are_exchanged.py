@@ -87,7 +87,7 @@ def test_the_gantt_chart_has_a_bar_for_each_activity(tmp_path):
         ),
         ("p.xml", "<Project>", r"error: .*p.xml:1:\d+: this is not valid XML"),
         ("p.xml", f'<Project xmlns="{SPACE}"/>', r"error: .*no tasks below a summary task"),
-        ("p.xml", '<!DOCTYPE x [<!ENTITY a "b">]><x/>', r"error: .*defines entities"),
+        ("p.xml", '<!DOCTYPE x [<!ENTITY a "b">]><x/>', r"error: .*defines XML entities"),
         ("q.csv", "", r"error: .*there is no table 'p.csv'"),
     ],
 )
