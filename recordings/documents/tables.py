@@ -14,6 +14,7 @@ from .facts import Facts, block_rows, scene_table
 
 TONNE = 9806.65  # [N] its weight
 LEAST = 0.01  # [%] of an error that is listed
+SAME = 1e-9  # of a value: closer ones differ by rounding
 UNITS = {
     "N": ("kN", 1e-3, 1),
     "N m": ("kN m", 1e-3, 1),
@@ -74,12 +75,15 @@ def _ropes(f: Facts) -> Iterator[Table]:
     for name, peak in f.peaks.items():
         check = limits.get(name)
         limit = check.limit if check else rated.get(name)
-        use = 100.0 * peak.tension / limit if limit else None
+        worst = check.value if check and check.value and check.value > peak.tension * (1.0 + SAME) else None
+        use = 100.0 * (worst or peak.tension) / limit if limit else None
         state = check.state if check else "red" if limit and peak.tension > limit else ""
         error = check.error / 1e3 if check and check.error is not None else None
         rows.append((name, peak.tension / 1e3, peak.tension / TONNE, peak.time, f.stage_at(peak.time),
-                     limit / 1e3 if limit else None, Marked(use, state) if state else use, error))  # fmt: skip
-    heads = columns("rope", "peak tension [kN] .1", "as a mass [t] .1", "at [h:min:s]", "stage", "limit [kN] .1",
+                     worst / 1e3 if worst else None, limit / 1e3 if limit else None,
+                     Marked(use, state) if state else use, error))  # fmt: skip
+    heads = columns("rope", "peak tension [kN] .1", "as a mass [t] .1", "at [h:min:s]", "stage",
+                    "with contingencies [kN] .1", "limit [kN] .1",
                     "use [%] .1", "error [kN] .1")  # fmt: skip
     bases = dict.fromkeys(f"{c.quantity}: {c.basis}." for c in limits.values() if c.basis)
     yield trimmed(Table("Ropes and slings", heads, tuple(rows), tuple(bases)))

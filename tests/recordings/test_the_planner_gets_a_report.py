@@ -143,7 +143,8 @@ def test_the_report_table_of_each_quantity_contains_the_value_of_its_check_on_an
     for check in (c for c in found.verdict.checks if c.basis and c.value is not None and c.quantity != "clearance"):
         value = check.value * OF_QUANTITY.get(check.quantity, UNITS.get(check.unit, 1.0))
         if check.quantity in ("rope tension", "sling tension"):
-            assert peaks[check.subject] == pytest.approx(value, rel=1e-9)
+            row = dict(zip(column(ropes, "rope"), ropes.rows, strict=True))[check.subject]
+            assert any(x == pytest.approx(value, rel=1e-9) for x in row if isinstance(x, float))
         else:
             made = table(found, check.quantity.capitalize())
             assert (check.subject, value) in zip(column(made, "item"), column(made, "worst"), strict=True)

@@ -144,7 +144,7 @@ def test_a_bundled_crane_accepts_the_orders_of_a_user_model(folder: Path) -> Non
 
 def test_user_models_share_no_state_and_communicate_only_by_messages(folder: Path, tmp_path: Path) -> None:
     one = "{model: beside.py:Gossip, period: 1 s, signals: {heard: position of rail}}"
-    with pytest.raises(ModelError, match=r"sledge\.one, sledge\.two use the global variable beside\.HEARD, which has changed"):
+    with pytest.raises(ModelError, match=r"one, sledge\.two use the global variable beside\.HEARD, which has changed"):
         run(scene(folder, SLEDGE, f"models: {{one: {one}, two: {one}}}\n"), tmp_path / "x.mcap", in_process=True)
 
 
