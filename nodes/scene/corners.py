@@ -100,6 +100,9 @@ def rated(
     Corners are those of the uncertain inputs and of the contingencies of weight and centre of mass; one that cannot be
     evaluated adds a limit without a value. `bases`: the scene with the limits from which design loads are made; `build`
     and `shift` make it with other inputs and centres of mass."""
+    stated = scene.practice is not None or bool(scene.factors.model_fields_set)
+    if not (ends or stated or any(limit.rigging for limit in nominal.plan.limits)):
+        return [*nominal.plan.limits]
     given, corners = scene.all_factors, Corners(nominal)
     corners.search(ends, build)
     limits = [_spread(limit, corners) for limit in nominal.plan.limits]
@@ -116,7 +119,7 @@ def rated(
         inputs.search(ends, build)
         limits = [_contingent(limit, corners, inputs, centres, given) for limit in limits]
     lost = [*_lost(nominal, corners), *_lost(nominal, centred)]
-    if scene.practice is None and not scene.factors.model_fields_set:
+    if not stated:
         return [*limits, *lost]
     used = {key: centred.most[key] / use for key, use in centred.usual.items() if use}
     grown = {key: (corners.most[key] / corners.usual[key], ", ".join(x)) for key, x in corners.moved.items()
