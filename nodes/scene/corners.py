@@ -24,13 +24,14 @@ from heavylift.nodes.scene.keys.quantities import quantity_at
 from heavylift.nodes.scene.text.source import Data, Path, shown
 from heavylift.nodes.scene.text.spelling import unit_in
 from heavylift.nodes.scene.text.uncertainty import Stated, standard
+from heavylift.recordings.format.spellings import BEAM_LOAD
 
 from .loaded_scene import LoadedScene
 
 NOISE = 1e-6  # of a use: less is rounding
 AT_REST = {"sling peak": ("sling tension",), "rope peak": ("rope factor", "rope tension", "hook load")}  # alike there
 BEARING: tuple[Quantity, ...] = (  # the lifted load, without a design load
-    "trolley load", "crane load", "tandem load", "frame load", "loader load", "assembly load", "support load",
+    "trolley load", "crane load", "tandem load", "frame load", BEAM_LOAD, "assembly load", "support load",
     "sling tension", "rope tension", "rope factor", "rope peak", "drum pull", "drive moment", "brake moment",
     "interlock", *STANDING,
 )  # fmt: skip

@@ -70,6 +70,6 @@ def test_the_worst_row_of_a_study_decides_its_exit_code(
 ) -> None:
     """Errors are not measured in each row, so that a row is amber at best."""
     monkeypatch.chdir(tmp_path)
-    for state, values in (("red", "0.5 m/min, 2 m/min"), ("amber", "2 m/min, 3 m/min")):
+    for state, values in (("red", "0.5 m/min, 2 m/min"), ("amber", "2.5 m/min, 3 m/min")):
         found = code("sweep", "jib", "--vary", f"limits.touch={{{values}}}", "-o", state, *option)
         assert found == expected(state, option)

@@ -245,4 +245,4 @@ def test_a_forged_verdict_is_detected(lift: Path, tmp_path: Path) -> None:
     line = next(line for line in info(path).splitlines() if "all ropes break" in line)
     assert "as recorded" in line
     (other,) = verify(RecordedRun(path)).others
-    assert other.startswith("result.verdict: red: all ropes break in forged.mcap, RED: 0 passed, 1 red")
+    assert other.startswith("result.verdict: red: all ropes break in forged.mcap, RED: 1 passed, 1 red")

@@ -28,7 +28,7 @@ def test_radius_load_and_chart_capacity_are_listed_for_begin_maximum_and_end_of_
     chart = {14.0: 104.5e3, 16.0: 86e3, 18.0: 72.5e3, 20.0: 62.5e3, 24.0: 48.5e3}
     up = [x for x in found if x.stage == "up"]
     assert [x.radius for x in up] == pytest.approx([14.0] * 3, abs=1e-6)
-    assert [x.load for x in up] == pytest.approx([43e3] * 3, rel=1e-6)
+    assert [x.load for x in up] == pytest.approx([43.55e3] * 3, rel=1e-6)
     out = [x for x in found if x.stage == "luff out"]
     assert out[-1].radius == pytest.approx(1.5 + 42.0 * cos(radians(60.8)), abs=0.02)
     assert degrees(acos((out[0].radius - 1.5) / 42.0)) == pytest.approx(degrees(acos(12.5 / 42.0)), abs=0.1)
@@ -55,8 +55,9 @@ def test_an_interlock_that_never_trips_is_listed_with_its_margin() -> None:
     (own,) = (c for c in light.verdict.checks if c.quantity == "interlock")
     hook = next(c for c in light.verdict.checks if c.quantity == "hook load")
     assert own.state != "red"
-    assert (own.shown, own.limit) == (f"{100 * (own.value or 0):.0f} %", 1.0)
-    assert own.use == pytest.approx(hook.use or 0.0, rel=0.03)  # its moment is that chart; peaks lie between samples
+    assert own.shown.endswith(f"at worst {100 * (own.value or 0):.0f} %")
+    more = 1.03 * 1.05  # its moment is that chart; peaks lie between samples
+    assert own.use == pytest.approx(more * (hook.use or 0.0), rel=0.03)
     tripped = [c for c in heavy.verdict.checks if c.quantity == "interlock"]
     assert [c.state for c in tripped] == ["red"]
     assert "stopped" in tripped[0].sentence

@@ -54,7 +54,7 @@ def test_peak_tensions_after_a_sling_break_agree_with_a_linear_model(scene: Load
     assert found[others] == pytest.approx(peaks[others], rel=4e-3)
     assert after[6] < found[6] < 2.0 * after[6] - before[6]  # which one undamped mode would reach, by its energy
     verdict = str(recording.fact("verdict", {}))
-    assert "sling tension of deck.sling-7 was 1423 kN, 111 %" in verdict
+    assert "sling tension of deck.sling-7 was 1539 kN, 110 %" in verdict
 
 
 def linear(scene: LoadedScene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
