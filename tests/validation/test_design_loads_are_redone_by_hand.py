@@ -67,14 +67,15 @@ class Report:
         self.tables = {name: rows[titles[name] :] for name, rows in self.tables.items()}
 
     def rows(self, table: str) -> list[dict[Any, Any]]:
-        """Cells by heads without their units, texts of a number and its unit as numbers."""
+        """Cells by heads without their units, texts of a number and its unit as numbers; of several columns with one
+        head, the filled one."""
         head, *rows = self.tables[table]
         heads = [x and x.partition(" [")[0] for x in head]
-        return [
-            {x: number(cell) for x, cell in zip(heads, row, strict=True)}
-            for row in rows
-            if sum(x is not None for x in row) > 1
-        ]
+        found = []
+        for row in (row for row in rows if sum(x is not None for x in row) > 1):
+            pairs = sorted(zip(heads, row, strict=True), key=lambda pair: pair[1] is not None)  # empty ones first
+            found.append({x: number(cell) for x, cell in pairs})
+        return found
 
     def message(self, pattern: re.Pattern[str]) -> list[re.Match[str]]:
         lines = (str(row[0]) for rows in self.tables.values() for row in rows)

@@ -60,7 +60,8 @@ def test_an_equalised_sling_pair_is_recorded_among_the_ropes(tmp_path: Path) -> 
     assert {name for name in result.peaks if name not in rated} == set()
     assert rated["rear.sling-1"] == pytest.approx(4e6 / (1.3 * 1.3 * 1.5 * 1.2)), "in sockets, 0027/ND 7.3.1"
     report(result.recording, tmp_path / "run.html")
-    use = f">{100 * legs.max() / rated['rear.sling-1']:.1f}<"
+    more = 1.03 * 1.05  # contingencies of weight and centre of mass
+    use = f">{100 * more * legs.max() / rated['rear.sling-1']:.1f}<"
     rows = (tmp_path / "run.html").read_text().split("rear.sling-1")[1:]
     assert any(use in row[:500] for row in rows)
 
