@@ -108,7 +108,8 @@ def rated(
     corners.search(ends, build)
     limits = [_spread(limit, corners) for limit in nominal.plan.limits]
     moved, sizes = given.cog or (), partial(_borne, (given.weight or 1.0) * (given.cog_factor or 1.0))
-    centred, inputs, centres = Corners(bases), Corners(nominal, sizes), Corners(nominal, sizes)
+    centred, inputs = Corners(bases), Corners(nominal, sizes)
+    centres = Corners(nominal, sizes, inputs.usual)
     for signs in product(*((-1, 1) if half else (0,) for half in moved)) if moved else ():
         way = [sign * half for sign, half in zip(signs, moved, strict=True)]
         to = {path: _shifted(block.com, way) for path, block in _blocks(scene).items()}
@@ -186,9 +187,9 @@ class Corners:
     """Search over the corners of the uncertain inputs for the highest utilisation of each limit. Other values of a
     scene can be searched too. `moved`: the inputs that influence each value."""
 
-    def __init__(self, nominal: LoadedScene, sizes: Sizes | None = None) -> None:
+    def __init__(self, nominal: LoadedScene, sizes: Sizes | None = None, usual: dict[Key, float] | None = None) -> None:
         self._sizes = sizes or _uses
-        self.usual = self._sizes(nominal)
+        self.usual = self._sizes(nominal) if usual is None else usual
         self.most = dict(self.usual)
         self.moved: dict[Key, list[str]] = {}
         self.lost: list[tuple[str, str]] = []  # corners without a path as long as that of the scene, and why
