@@ -149,7 +149,7 @@ class SignalError(RecordingError, KeyError):
 
 
 class OutputError(RecordingError):
-    """Raised for an output that cannot be written under its name: another file has it, or it is unsuitable."""
+    """Raised if an output cannot be written because its name is unsuitable or another file has this name."""
 
 
 class Stopped(HeavyliftError):

@@ -13,8 +13,8 @@ from .elementary import cos, sin
 
 
 def exact(x: "Scalars | Sequence[Sequence[float]]") -> Array:
-    """Return an array converted to Python floats, whose products are summed in a fixed order; products of NumPy floats
-    use BLAS, which differs between processors."""
+    """Return an array with its numbers as Python floats, so that products and sums are equal on all processors."""
+    # products of NumPy floats use BLAS, which differs between processors
     return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
 
 
@@ -81,7 +81,7 @@ def quaternion_rate(quaternion: Array, o: Array) -> Array:
 
 
 def spatial_inertia(mass: Scalar, c: Array, I_C: Array) -> Array:
-    """Return the spatial inertia (6, 6) about the common point; c [m]: centre of mass relative to that point, I_C:
-    inertia about the centre of mass."""
+    """Return the spatial inertia (6, 6) of a body about a point, from its centre of mass c [m] relative to this point,
+    and its inertia I_C about c."""
     h = skew(mass * c)
     return np.block([[mirror(I_C - h @ skew(c)), h], [-h, mass * np.eye(3)]])

@@ -98,7 +98,8 @@ class Corrector:
         return found, bend
 
     def corrected(self, q: np.ndarray) -> np.ndarray | None:
-        """Return the equilibrium near a pose with all discrete states unchanged; None if there is none."""
+        """Return the equilibrium near a pose q (nq,) with frozen discrete states; None if Newton's method finds
+        none."""
         poses, last, fresh, stalled = self.poses, inf, 0, 0
         before = inf
         for _ in range(NEWTON):

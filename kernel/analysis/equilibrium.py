@@ -39,10 +39,9 @@ OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed
 
 
 def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
-    """Switch the force laws whose guards (event functions) are negative at pose q (nq,), until none is; return the
-    changes.
+    """Switch the force laws whose guards (event functions) are negative at pose q (nq,); return the changes.
 
-    If `thresholds`, switch armed thresholds of signals, too.
+    Repeated until no guard is negative. If `thresholds`, switch armed thresholds of signals, too.
     """
     simulation = poses.simulation
     guards = simulation.program.guards
@@ -100,7 +99,7 @@ def release(simulation: Simulation) -> float:
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Return the net changes of a list of state changes: the last one of each force law that has not switched back."""
+    """Return the last change of each force law, without the laws that have switched back to their first state."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}

@@ -148,8 +148,10 @@ def _movers(mode: NaturalMode) -> str:
 
 
 def modes_data(found: Modes) -> dict[str, object]:
-    """Return modes as data: frequencies [Hz], angular frequencies (`pulsation`) [rad/s], damping ratios, shares and
-    shapes (amplitude and phase [rad])."""
+    """Return modes as data: frequencies, damping ratios, energy shares of bodies and joints, and mode shapes.
+
+    `pulsation`: angular frequency [rad/s]; shapes as amplitude and phase [rad].
+    """
     return {
         "modes": [
             {
@@ -169,8 +171,10 @@ def modes_data(found: Modes) -> dict[str, object]:
 
 
 def statics_text(found: Equilibrium, reactions: Reactions, growth: float) -> str:
-    """Return tensions, pad forces and joint reactions as text; `growth`: growth rate of a perturbation [1/s]. "~" marks
-    forces that are statically indeterminate for rigid bodies."""
+    """Return rope tensions, pad forces and joint reactions as text; "~" marks statically indeterminate forces.
+
+    `growth`: growth rate of a perturbation [1/s].
+    """
     lines = [f"at rest after {found.steps} step{'s' * (found.steps != 1)}"]
     if growth:
         lines.append(f"unstable: a small push grows e-fold in {1.0 / growth:.3g} s")

@@ -59,7 +59,7 @@ class Poses:
 
     @staticmethod
     def stopped(simulation: "Simulation") -> "Poses":
-        """Stop all drives, winches and master signals of a simulation permanently; return its evaluator at poses."""
+        """Stop all drives, winches and master signals of a simulation permanently; return its `Poses` evaluator."""
         simulation.commands.admit("statics or modes")
         simulation.references.stop(simulation.epoch)
         simulation.references.write(simulation.epoch)
@@ -101,8 +101,10 @@ class Poses:
         return G
 
     def stiffness(self, q: np.ndarray, order: tuple[float, float] = FOURTH, h: float = STEP) -> np.ndarray:
-        """Return the derivative da/dq (n_free, n_free) of the accelerations at pose q (nq,) at rest [1/s2], with
-        discrete states frozen, from differences over at most h [m, rad]."""
+        """Return the derivative da/dq (n_free, n_free) [1/s2] of the accelerations at rest in pose q (nq,).
+
+        Discrete states are frozen; `h`: largest difference step [m, rad].
+        """
         self.accelerations(q)
         native, nv = self.simulation.native, len(self._columns)
         now = native["t"], native.among()
@@ -126,7 +128,8 @@ class Poses:
         return found.copy()
 
     def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:
-        """Factorise the matrix 1/h^2 - K of Newton steps over the motions in `basis`; K (n_free, n_free): stiffness."""
+        """Factorise the matrix 1/h^2 - K of Newton steps; K (n_free, n_free): stiffness, `basis`: allowed motions
+        (None: all)."""
         self._B = basis
         K = K if basis is None else basis.T @ K @ basis
         whole, n = self._eye.copy(), len(K)

@@ -127,10 +127,10 @@ _ANY = ctypes.c_char * 0
 
 
 class Library:
-    """Machine code of LLVM IR, taken from the cache if code is cached under the key `structure`.
+    """Machine code of LLVM IR, loaded from the cache if it is stored there.
 
-    `ir`: returns the IR text, called only without cached code; `opt`: LLVM optimisation level 0 to 3; `cpu`: LLVM name
-    of the target processor, if it is not this one.
+    `structure`: key in the cache; `ir`: returns the IR text, called only without cached code; `opt`: LLVM optimisation
+    level 0 to 3; `cpu`: LLVM name of the target processor, if it is not this one.
     """
 
     def __init__(

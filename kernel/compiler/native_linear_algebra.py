@@ -143,9 +143,10 @@ class FactorLayout:
 
 
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
-    """Return the native function that solves A x = b with stored LU factors of A, for the first n components of b.
+    """Return the native function that solves A x = b with stored LU factors of A (n, n).
 
-    The remaining of the `ny` components are multiplied by `tail`. Outputs: real part `re`, imaginary part `im`.
+    b has `ny` components; those after the first n are multiplied by `tail`. Outputs: real part `re`, imaginary part
+    `im`.
     """
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride

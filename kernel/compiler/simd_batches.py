@@ -23,8 +23,10 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 @dataclass(frozen=True)
 class SimdBatch:
-    """Calls of one traced function that run at once, one per SIMD lane; the last call also fills the remaining lanes.
-    `shared`: input blocks that all calls have in common."""
+    """Simultaneous calls of one traced function, one per SIMD lane; `shared`: their common input blocks.
+
+    The last call also fills the remaining lanes.
+    """
 
     calls: tuple[Sym, ...]
     width: int

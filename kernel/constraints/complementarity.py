@@ -35,8 +35,8 @@ def start_of(n: int, side: Array) -> SimpleNamespace:
 
 
 def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small_x: Scalar, small_w: Scalar) -> None:
-    """Do one round of pivoting: solve for the present active set, then change the sides of rows that violate their
-    condition; set run = 0 if there are none."""
+    """Do one round of pivoting: solve for the active set, then change the sides of rows that violate their conditions;
+    set s.run = 0 if no row does."""
     n = len(b)
     low, high = less(s.side, 0.0), less(0.0, s.side)
     free = select(low, 0.0, select(high, 0.0, 1.0)) * np.ones(n)
@@ -109,7 +109,8 @@ _VECTORS = ("side", "x", "w", "b", "lo", "hi")
 def pivot(
     s: SimpleNamespace, A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, small: tuple[float, float]
 ) -> None:
-    """Run rounds of pivoting from loop variables s, into s, until no row changes sides or the budget is spent."""
+    """Repeat rounds of pivoting, which update the loop variables s, until no row changes sides or the budget is
+    spent."""
     n = len(b)
     size = next((k for k in SIZES if n <= k), 0)
     if not size:

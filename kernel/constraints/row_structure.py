@@ -46,8 +46,10 @@ def rigid_numbers(rope: RigidRope) -> list[float]:
 
 
 def rigid_rope(n: int) -> Function:
-    """Return the traced function for the constraint row of a rigid rope with n straight parts: L (L0, L0', L0'') ->
-    gap, rate, bias, and wrenches wa, wb (6,) for each part."""
+    """Return the traced function for the constraint row of a rigid rope with n straight parts.
+
+    L (L0, L0', L0''), parameters p, bodies -> gap, rate, bias, and wrenches wa, wb (6,) for each part.
+    """
 
     def body(L: Array, p: Array, **ends: Array) -> Outputs:
         gap, rate, bias = L[0], L[1], L[2]
@@ -110,7 +112,8 @@ class Constraints:
         return len(self.held)
 
     def link(self, instances: Sequence[tuple[Tree, Any]]) -> None:
-        """Determine on which trees each constraint row acts and which rows couple, and store the functions for it."""
+        """Determine the trees on which each constraint row acts and the rows that couple; create the functions that
+        need this."""
         self.instance = {
             tree.first + b: (i, b) for i, (tree, _) in enumerate(instances) for b in range(len(tree.bodies))
         }
@@ -191,8 +194,10 @@ class ConstraintRow:
 def held_rows(
     scene: CompiledScene, ends: Mapping[int, Array], numbers: Numbers, lengths: Lengths
 ) -> list[ConstraintRow]:
-    """Return the constraint rows of loop joints, then those of rigid ropes, for bodies with poses and twists `ends`;
-    arguments as in `ConstraintRows`."""
+    """Return the constraint rows of all loop joints, then those of all rigid ropes.
+
+    `ends`: poses and twists of the bodies by number; other arguments as in `ConstraintRows`.
+    """
     rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
     ropes = scene.constraints.ropes
     return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]

@@ -23,7 +23,7 @@ _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom
 
 
 class ConstraintRows:
-    """The factorised constraint rows of an evaluation of the equations, under the forces applied so far."""
+    """Solver for the constraint rows at one instant, under the forces that the evaluation has applied so far."""
 
     def __init__(
         self,

@@ -67,7 +67,7 @@ def trapezoid(distance: float | None, speed: float, accel: float, v0: float = 0.
     if distance == 0.0 and v0 == 0.0:
         return REST
     if speed == 0.0:
-        raise ValueError("a distance cannot be travelled at speed 0")
+        raise ValueError("a distance cannot be travelled at speed 0; give a speed")
     stop = v0 * abs(v0) / (2.0 * accel)  # where braking at once would end
     sign = copysign(1.0, distance - stop)
     top = sign * abs(speed)

@@ -50,8 +50,8 @@ class Taken(Exception):
 
 
 def imported(where: str, name: str = "") -> ModuleType:
-    """Import the user's module of this name, or a file.py as the module `name`, from the present content of its file;
-    raises FileNotFoundError if there is no file."""
+    """Import a module, or a file.py as the module `name`, from its present content; raises FileNotFoundError if
+    missing."""
     with _lock:
         importlib.invalidate_caches()
         _asked.append(where)

@@ -37,8 +37,8 @@ class EndForces(NamedTuple):
 
 
 def hanging(x: Scalar, z: Scalar, k: Scalar) -> EndForces:
-    """Return the end forces of a line that hangs from both ends; the ends are x > 0 apart horizontally and z
-    vertically, relative to the line's length."""
+    """Return the end forces of a line that hangs freely between its ends; these are x > 0 apart horizontally and z
+    vertically (both in line lengths)."""
     x = maximum(x, PLUMB)
     chord = sqrt(x * x + z * z)
     share, stretch = x * x * (1.0 / (chord * chord)), log(chord)

@@ -167,7 +167,7 @@ class Islands(RunningAhead):
         return the events."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
-            raise KernelError("no event has been located; run first")
+            raise KernelError("no event has been located; call run() first")
         self.order.phase = call_protocol.STOPPED
         self.epoch, self._stopped = self.next_ns, [*firing]
         events = [e for p in firing for e in p.fire()]
@@ -193,7 +193,8 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Recompute the islands stopped by events or commands; at the end of a run, if none is, recompute all."""
+        """Recompute the islands that events or commands have stopped; if none has stopped (end of the run), recompute
+        all."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()
@@ -243,7 +244,7 @@ class Islands(RunningAhead):
         raise KernelError(f"'{name}': there is no {kind} with this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Set a motion of an actuator or master signal; a master signal moves in every island with actuators."""
+        """Set a motion of an actuator or master signal in all islands that it moves."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:

@@ -51,7 +51,7 @@ class _Loose:
 
 
 class Merge:
-    """Combines sample rows of the islands into rows of a scene."""
+    """Places simultaneous sample rows of the islands in one row of the scene."""
 
     def __init__(self, program: Program) -> None:
         self._place = {label: i for i, label in enumerate(labels(program))}
@@ -125,7 +125,7 @@ def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, Sy
 
 
 class Joining(Merge):
-    """Combines rows of islands into rows of the whole scene once these are complete; `period`: sample period [ns]."""
+    """Collects sample rows of islands and returns complete rows of the scene; `period`: sample period [ns]."""
 
     def __init__(self, program: Program, period: int) -> None:
         super().__init__(program)

@@ -53,7 +53,7 @@ def still_below(scale: Value, faint: Value) -> Value:
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
-    """Return limits that round-off at coordinates q (nq,) sets to step control.
+    """Return the limits `grain` and `faint` of step control that follow from the round-off of coordinates q (nq,).
 
     `grain`: smallest useful scale of the tolerance; `faint`: factor on the threshold STILL of rest. `acceleration`:
     function from coordinates to accelerations (nv,). A law that turns a displacement d into an acceleration a

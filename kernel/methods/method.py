@@ -74,7 +74,10 @@ LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing wou
 
 @dataclass(frozen=True)
 class Exponents:
-    """Exponents of PI step-size control (Gustafsson): growth error^up last_error^memory, shrinkage error^down."""
+    """Exponents of PI step-size control (Gustafsson).
+
+    Growth: error^up last_error^memory; shrinkage: error^down.
+    """
 
     down: float
     up: float
@@ -143,7 +146,8 @@ class Method(ABC):
         return bool(self.matrices)
 
     def run(self, code: StepCode, at: Places, sizes: Mapping[str, int]) -> StepCode:
-        """Return the native stepping functions, extended by steps in Python for a method without native steps."""
+        """Return the stepping functions of a run: the native ones, or steps in Python for a method without native
+        steps."""
         return code
 
     def constants(self) -> dict[str, Value]:
@@ -217,7 +221,8 @@ class Stepless(Method):
 
 
 class AtRest(Stepless):
-    """Null method for statics: takes no steps, only evaluates the equations; laws are smooth beyond their guards."""
+    """Null method for statics: takes no steps, only evaluates the equations; one-sided forces are not cut off at
+    zero."""
 
     name = "at-rest"
     vectors = ()

@@ -126,8 +126,10 @@ class Balance:
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """Return the part of the exchanged energy lost or gained by a loose tolerance, once when it first becomes
-        large; otherwise 0. `held`: largest energy of a rope so far [J]."""
+        """Return the energy error as a share of the energy exchanged, once it first becomes large; otherwise 0.
+
+        `held`: largest energy of a rope so far [J].
+        """
         self._turned = max(self._turned, held)
         if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
             return 0.0

@@ -100,7 +100,9 @@ def _check_shared_water(system: System) -> None:
             size = np.sqrt(np.maximum(A.diagonal(), np.finfo(float).tiny))
             if (least := float(np.linalg.eigvalsh(A / np.outer(size, size)).min())) < -UNIT:
                 message = f"its added mass with '{other.name}' beside it would drive some motion"
-                raise KernelError(f"body '{b.name}': {message}: it has the scaled eigenvalue {least:g}")
+                raise KernelError(
+                    f"body '{b.name}': {message}; the eigenvalue {least:g} of the scaled matrix must not be negative"
+                )
 
 
 def _known(x: object) -> object | None:

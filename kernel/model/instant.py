@@ -123,8 +123,8 @@ class Evaluation:
         return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
 
     def wave(self, name: str, given: Drive | InputSignal) -> Reference:
-        """Return the sum of the regular and irregular waves of a drive or signal, with its first two derivatives; zero
-        in equilibria."""
+        """Return the sum of all waves of a drive or signal, with its first two derivatives; zero if equilibria are
+        computed."""
         found: Reference = (0.0, 0.0, 0.0)
         if self.program.at_rest:
             return found
@@ -163,7 +163,7 @@ class Evaluation:
 
     @property
     def pulls(self) -> list[Scalar]:
-        """The tensions [N] of all ropes of straight lines, those of rigid ropes last."""
+        """The tensions [N] of all ropes over straight lines: elastic ones, then rigid ones."""
         return [*self.tensions, *(self.rows.end_tensions.values() if self.rows else ())]
 
     @property
@@ -184,7 +184,8 @@ class Evaluation:
 
     @property
     def window(self) -> Scalar:
-        """Longest step [s] in which shapes in contact cannot pass through each other, as a check of fixed steps."""
+        """Longest step [s] in which shapes in contact cannot pass through each other, with which fixed steps are
+        compared."""
         return self.reach
 
     @property
@@ -285,8 +286,7 @@ def follow(x: Evaluation) -> None:
 
 
 def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
-    """Return sine and cosine (not normalised) of the tilt of a body's z axis, and the numerator sin' cos - sin cos' of
-    its rate.
+    """Return sine and cosine (not normalised) of the tilt of a body's z axis, and sin' cos - sin cos' for its rate.
 
     Tilt towards +y (axis 0, about -x) or +x (axis 1, about +y).
     """

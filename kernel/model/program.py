@@ -201,7 +201,7 @@ class Program:
             for k in self.graph.links:
                 if k.modes and k.body.name in (c.a.body, c.b.body):
                     raise KernelError(
-                        f"contact '{c.name}': '{k.body.name}' is flexible; attach a rigid body to it there"
+                        f"contact '{c.name}': '{k.body.name}' is flexible; attach a rigid body to it for the contact"
                     )
 
     def initial_state(self) -> np.ndarray:

@@ -39,8 +39,10 @@ class ReferenceProfile:
 
 
 class References:
-    """Speed profiles and followed master signals of all drives and winches, written into the parameter block P; `admit`
-    is called before each command."""
+    """Speed profiles and followed master signals of all drives and winches, written into the parameter block P.
+
+    `admit` is called before each command.
+    """
 
     def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -234,8 +236,7 @@ class References:
 
 
 class Histories:
-    """Piecewise linear time histories of all signals; a piece is its local start [s], the value there, and the
-    slope."""
+    """Piecewise linear time histories of all signals; each piece has a start in local time [s], a value and a slope."""
 
     def __init__(self, signals: dict[str, InputSignal], parameters: ParameterLayout, P: np.ndarray) -> None:
         self._P = P

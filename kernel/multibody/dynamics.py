@@ -150,7 +150,7 @@ def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], 
 
 
 def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
-    """Yield S^T F (n_v,): the joint forces [N or N m] that keep all accelerations of `composites` at zero.
+    """Yield S^T F (n_v,): the joint forces [N or N m] that would keep all joint accelerations at zero.
 
     The force on a mode has contributions from its own body (equation (8) of `flexible.attachment`) and from the bodies
     that this body carries.

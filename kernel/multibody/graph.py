@@ -111,8 +111,8 @@ class Graph:
         if f"{on.body.name}@{x:.9g}" != body:
             at = ", ".join(f"{e:g}" for e in link.joint.p_PJ)
             raise KernelError(
-                f"{where}: its end on the flexible body '{on.body.name}' cannot leave the station "
-                f"({at}); use one rope for each station, and hook the other rope"
+                f"{where}: its end is fixed to the station ({at}) of the flexible body "
+                f"'{on.body.name}'; use one rope for each station, and hook the other rope"
             )
         return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
 

@@ -151,8 +151,8 @@ class Events:
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log events that have happened; add a note for a beam at its first deflection limit, and make a rope that
-        switches too often continue without events."""
+        """Log events that have happened, note beams at their first deflection limit, and damp elastic ropes that
+        rattle."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:

@@ -104,7 +104,7 @@ class SampleRecorder:
     # ---- rests --------------------------------------------------------------------------------------------
 
     def rest(self, t_ns: int) -> None:
-        """Record a period of rest up to t_ns as one row for `unroll`; raises KernelError for lasting compression."""
+        """Record rest up to t_ns as one row, which `unroll` repeats; raises KernelError for lasting buckling."""
         first = self.next_ns
         if first > t_ns:
             return

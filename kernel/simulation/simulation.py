@@ -200,7 +200,7 @@ class Simulation(CommandTarget):
         """Integrate to the located event and switch the laws whose guards are negative; return the events."""
         if not self.events.fallen:
             self.order.check_settled("fire", self.epoch)
-            raise KernelError("no event has been located; run first")
+            raise KernelError("no event has been located; call run() first")
         self.order.phase = STOPPED
         fallen, t_ns = self.events.take()
         self._end_stretch(t_ns)

@@ -155,7 +155,7 @@ def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
     if len(data) != 8 * width * n:
         raise RecordingError(
             f"samples from number {first}: {len(times)} rows of {width} values are {8 * width * len(times)} "
-            f"bytes, but {len(data)} came; the sender's layout differs from the announced one"
+            f"bytes, but {len(data)} arrived; the sender's layout differs from the announced one"
         )
     rows = np.frombuffer(data, "<f8").reshape(n, width)
     return Batch(first, times, np.broadcast_to(rows, (len(times), width)), wire.notes, wire.period, wire.lift)
@@ -247,7 +247,7 @@ def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
 
 
 class Rounding:
-    """Rounding of the columns of these channels; must be applied to the rows of a run in order."""
+    """Rounds the columns of given channels; must be applied to all rows of a run in order."""
 
     def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
         """Prepare the rounding; the first `recalled` rows are rounded already, and `most` are the largest values of

@@ -166,7 +166,7 @@ class RecordedEvent(msgspec.Struct, frozen=True):
 
 
 def event_schema(value: Mapping[str, object]) -> bytes:
-    """Return the JSON Schema of an event record whose `value` has the given schema, whose $defs move to the root."""
+    """Return the JSON Schema of an event record; `value`: schema of its value, whose $defs move to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}
     schema = _record(
         t_ns=INTEGER, microstep=INTEGER, source=STRING, port=STRING, index=INTEGER, type=STRING, value=inner

@@ -31,7 +31,8 @@ OPTIONAL = {"drives": ("stiffness", "damping"), "ropes": ("mass per length", "ma
 
 
 def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
-    """Yield the former and the present path of each machine part that scenes now list under `elastic`."""
+    """Yield the former and the present path of each machine part that scenes have listed elsewhere than under
+    `elastic`."""
     sections = {key: x for key in (GIRDERS, *OPTIONAL) if isinstance(x := parts.get(key), dict)}
     for name in sections.pop(GIRDERS, {}):
         yield (GIRDERS, name), ("elastic", name)
@@ -53,15 +54,15 @@ def old_type(data: dict[str, Any]) -> bool:
 
 
 def driven(actuator: str) -> str:
-    """Return the name, for reports, of the part that an actuator moves, such as a crane or a trolley; if the part has
-    no such name, the name of the actuator."""
+    """Return the reported name of the part that an actuator moves, such as a trolley; if there is none, the
+    actuator's."""
     crane, called = called_of(actuator)
     return f"the {called} of {crane}" if called else crane
 
 
 def called_of(actuator: str) -> tuple[str, str]:
-    """Return the machine of an actuator, and the name, for reports, of the part that the actuator moves; if the part
-    has no such name, the name of the actuator and ""."""
+    """Return the machine of an actuator and the reported name of the part that it moves; if there is none, the actuator
+    and ""."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

@@ -36,7 +36,7 @@ class LogTable:
     decimal: str
 
     def error(self, row: int, column: str, what: str) -> RecordingError:
-        """Return an error about a cell of the CSV table, named by file, row and column."""
+        """Return an error that names the file, the row and the column of a cell."""
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
     def unit(self, column: str) -> str:

@@ -70,7 +70,7 @@ class Recording:
             newer = found.isdecimal() and len(found) < 10 and int(found) > FORMAT
             to = f"{install(self.version)}, or a later one" if newer else again(self.version)
             raise self._file.error(
-                f"the recording has format {found[:20]}, this is heavylift {__version__}, which reads format "
+                f"the recording has format {found[:20]}, but this is heavylift {__version__}, which reads format "
                 f"{FORMAT}; {to}"
             )
 
@@ -195,8 +195,8 @@ class Recording:
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
     def message(self, fact: str) -> list[str]:
-        """Return the sentences of a result: for `measured`, the comparison with the log of a real lift; for
-        `certified`, the error estimates of `heavylift run --certify`."""
+        """Return the sentences of the fact `measured` (comparison with a real lift) or `certified` (error
+        estimates)."""
         return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
@@ -245,8 +245,8 @@ class Recording:
     def blocks(
         self, names: Sequence[str], only: Sequence[int] | None = None
     ) -> Iterator[tuple[list[int], list[Floats]]]:
-        """Yield times [ns] and values of these signals in blocks of some thousand rows, up to the last row that all
-        have.
+        """Yield times [ns] and values of these signals in blocks of some thousand rows, as long as all signals have
+        rows.
 
         Measured signals that are requested together with simulated signals are interpolated at the times of the
         simulation (`Signal.at`). `only`: numbers of the wanted samples, in ascending order.

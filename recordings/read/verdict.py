@@ -96,8 +96,8 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return the names of recorded results that cannot be recomputed from the recording: the verdict, times of peaks,
-    in some cases the digest."""
+    """Return the names of results that cannot be recomputed from the recording: verdict, times of peaks, sometimes
+    digest."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
@@ -145,7 +145,7 @@ def opened(path: str | Path | Recording) -> Recording:
 
 
 def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> str:
-    """Return a description of the recording at `path` as text; `verdict`: used if the recording contains no verdict."""
+    """Return a description of the recording at `path` as text; `verdict` replaces the recorded verdict if given."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():

@@ -218,5 +218,5 @@ def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
 
 
 def larger(unit: str) -> tuple[float, str]:
-    """Return the larger unit in which values of a unit are displayed, and the conversion factor."""
+    """Return factor and name of the unit in which values are displayed, such as 0.001 and kN for N."""
     return LARGER.get(unit, (1.0, unit))

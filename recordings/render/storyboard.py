@@ -75,7 +75,7 @@ def timed(axes: Axes) -> None:
 
 
 def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> float:
-    """Draw lines at rated values, except those far above the largest value `high`; return the upper end of the axis."""
+    """Draw lines at the rated values near or below the largest value `high`; return the upper end of the axis."""
     near = {name: limit for name, limit in limits.items() if limit < NEAR * high}
     top = max([high, *near.values()])
     groups: list[list[str]] = []  # those whose lines are close to one another share a label

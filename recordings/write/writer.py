@@ -171,7 +171,9 @@ class Recorder:
         """Record rows of a single lift."""
         lift = self._lifts[batch.lift]
         if batch.first > lift.next:
-            raise RecordingError(f"samples {lift.next} to {batch.first - 1} of lift {batch.lift} are missing")
+            raise RecordingError(
+                f"samples {lift.next} to {batch.first - 1} of lift {batch.lift} are missing; the sender lost them"
+            )
         times, values = batch.times[lift.next - batch.first :], batch.rows[lift.next - batch.first :]
         if times:
             log_ns = [max(t, self._now) for t in times]
@@ -246,7 +248,7 @@ class Recorder:
 
     def _announced(self) -> RowWriter:
         if self._rows is None:
-            raise RecordingError("samples came before their layout; announce the layout first")
+            raise RecordingError("samples arrived before their layout; announce the layout first")
         return self._rows
 
     def _writes(self, channel: int, publish_ns: int, data: bytes) -> Callable[[int], None]:

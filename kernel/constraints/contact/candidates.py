@@ -64,8 +64,7 @@ class OrientedBox:
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
 
     def depth(self, x: Array, body: Side) -> Witness:
-        """Return the signed distance [m] of a point of `body` from the box (the largest over the axes), and its
-        rate."""
+        """Return the largest distance [m] over the axes by which a point of `body` is outside the box, and its rate."""
         s, v = self.outside(x, body)
         # the largest over three axes: negative inside; the maximum is the nearer face's distance
         first = s[0] > s[1]
@@ -73,8 +72,11 @@ class OrientedBox:
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Return the gap [m] of a point of `body` above a face of the box, and its rate; beside the face the result of
-        `depth`. `faces`: 3 flags, one per axis of the box, that mark the face."""
+        """Return the gap [m] between a point of `body` and a face of the box, and its rate; beside the face, those of
+        `depth`.
+
+        `faces`: one flag per axis of the box, true for that of the face.
+        """
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):

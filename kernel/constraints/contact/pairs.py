@@ -180,7 +180,7 @@ def pair_of(c: Contact) -> ContactPair:
     if pair is None:
         a, b = type(c.a).__name__.lower(), type(c.b).__name__.lower()
         known = ", ".join(f"{x.__name__.lower()} - {y.__name__.lower()}" for x, y in PAIRS)
-        raise KernelError(f"contact '{c.name}': {a} against {b}; possible pairs are {known}, in this order")
+        raise KernelError(f"contact '{c.name}': {a} against {b} is not possible; pairs, in this order, are {known}")
     return pair
 
 

@@ -74,8 +74,8 @@ class RowGroup:
 
     @property
     def redundancies(self) -> list[dict[int, float]]:
-        """Undetermined constraint forces of the group: scaled multipliers, by row, that have no effect on the free
-        columns; each set involves as few rows as possible."""
+        """Undetermined constraint forces: sets of scaled multipliers by row, without effect on the free degrees of
+        freedom."""
         return [{self.rows[n]: x for n, x in distance.items()} for distance in combinations(self.G, RANK)]
 
     def towards(self, residuals: Sequence[float]) -> list[float]:

@@ -101,7 +101,7 @@ def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, 
 def carry_along(
     track: Track, s: Scalar, speed: Scalar, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array
 ) -> Carried:
-    """Return the frame of a slider at s [m] along a beam that slides with a speed [m/s]."""
+    """Return the frame of a slider that is at s [m] along a beam and moves along it with a speed [m/s]."""
     shape, first, second, g = track.shapes(s)
     pull = g @ eta
     U, T = shape[:3] - np.outer(ALONG, pull), shape[3:]

@@ -67,8 +67,8 @@ class Smallness:
 
 
 class ModeShapes(Protocol):
-    """Interface of `modes.FlexibleModes` that this module needs: shapes (6n, m) and masses (m,) of m modes at n nodes
-    (n, 3) [m]; M (6n, 6n)."""
+    """Interface of `modes.FlexibleModes` needed here: mode shapes (6n, m), modal masses (m,), mass matrix M (6n,
+    6n)."""
 
     @property
     def flexible(self) -> Flexible: ...

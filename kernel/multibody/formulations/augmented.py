@@ -51,8 +51,8 @@ class _Joint:
         return self.X.T @ self.Q[:, len(self.free) :]
 
     def applied(self, tau: Array) -> Array:
-        """Return the wrench (6,) on a joint's child with the joint forces tau along the free motions and no constraint
-        part: R^T y = tau."""
+        """Return the wrench (6,) on a joint's child that exerts the joint forces tau and contains no constraint
+        force."""
         y: list[Scalar] = []
         for n, k in enumerate(self.free):
             # R is triangular: forward substitution for the wrench that does the work of tau along each free motion
@@ -60,8 +60,8 @@ class _Joint:
         return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
 
     def accelerations(self, x: Array) -> dict[int, Array]:
-        """Return the accelerations of the joint's free degrees of freedom from the relative acceleration (6,) of its
-        bodies: R a = Q^T x."""
+        """Return the accelerations of a joint's free degrees of freedom, given the relative acceleration x (6,) of its
+        bodies."""
         a: dict[int, Array] = {}
         for n, k in reversed(list(enumerate(self.free))):
             # back substitution, from the last column of R

@@ -75,8 +75,8 @@ class ContactSets:
         check_start(self._program.contacts.sites, self._numbers, ends)
 
     def resolve(self, fallen: list[int], t: float, local: float, y: np.ndarray, act: Act) -> ImpactResult:
-        """Return impulses and new states of contacts and rigid ropes at time t [s], after the guards `fallen` became
-        negative; raises KernelError if there is no solution."""
+        """Return the impulses and new states of contacts and rigid ropes after the guards `fallen` became negative at t
+        [s]; raises KernelError if there is no solution."""
         closed, slid, taut = self._closed(), self._sliding(), [r.on for r in self._ropes]
         scene = evaluate(self._program, local, y, self._P, forces=False)
         fell = {i - self._touches for i in fallen if self._program.guards[i][0] == "touch"}

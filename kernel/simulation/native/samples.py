@@ -153,7 +153,7 @@ def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
 
 
 def channels(method: Stepping) -> list[SampleSlice]:
-    """Return the recorded channels of a scene, in the order of `published`'s columns."""
+    """Return the recorded channels of a scene, in the order of the columns that `published` returns."""
     out, at = [], 0
     for topic, columns, unit, _ in _topics(method.program):
         out.append(SampleSlice(topic, tuple(columns), unit, at, at + len(columns)))

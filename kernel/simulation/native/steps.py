@@ -92,7 +92,7 @@ def bounded(h: Value, r: Evaluated) -> Value:
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Return 1 s plus the time from which shapes could pass through each other within a fixed step; 0 if never so far.
+    """Return 1 s plus the first local time at which a fixed step was too long to notice shapes passing; 0 if none was.
 
     Local time; negative if a note about it was already added.
     """
@@ -102,8 +102,7 @@ def passing(s: StepState, r: Evaluated) -> Value:
 
 
 def go_on(s: StepState, status: Value) -> None:
-    """Set the status of the stepping loop, which continues if it is RUNNING and budget, sample space and time are
-    left."""
+    """Set the status of the stepping loop, which continues while RUNNING with budget, sample space and time left."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
 

@@ -28,7 +28,8 @@ ASIDE = 1e-4  # [m, rad] along the shape to either side
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest mode of a scene: frequency |s|/2 pi [Hz], damping ratio, body of most kinetic energy, stiff law."""
+    """The fastest mode of a scene: frequency |s|/2 pi [Hz], damping ratio, body with most kinetic energy, its stiff
+    law."""
 
     frequency: float
     damping: float
