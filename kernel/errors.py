@@ -98,8 +98,7 @@ def error_text(error: BaseException, most: int = 500) -> str:
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:
-    """Import an optional package and return it; raises the error `missing` if it is not installed, or an error of the
-    same class if the import fails."""
+    """Import and return an optional package; raises `missing` if it is absent, a similar error if it is broken."""
     try:
         return import_module(package)
     except Exception as error:

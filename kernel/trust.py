@@ -65,8 +65,7 @@ def refusal(where: str, reference: str = "") -> str:
 
 
 def foreign(function: object, reference: str = "") -> str:
-    """Return why a function of a trusted module must not be called: another module defines it; "" if it may be
-    called."""
+    """Return why a function must not be called although its module is trusted: another defines it; "" if it may."""
     while isinstance(function, functools.partial):
         function = function.func
     where = getattr(function, "__module__", None) or type(function).__module__
@@ -140,8 +139,7 @@ def withdraw(folder: Path) -> Path:
 
 
 def written_by_user(module: str) -> bool:
-    """Return whether an imported module is the user's own: not part of Python, heavylift or another installed
-    package."""
+    """Return whether a module is the user's own: not part of Python, heavylift or another installed package."""
     file = getattr(sys.modules.get(module), "__file__", None)
     return file is not None and own_file(file)
 

@@ -97,7 +97,7 @@ def _polynomial(c: tuple[float, ...], x: Scalar) -> Scalar:
 
 
 def nearest(x: Scalar) -> Scalar:
-    """Return the integer nearest to x, for |x| up to 2^51; a half is rounded to the even integer."""
+    """Return the integer nearest to x, for |x| up to 2^51; ties are rounded to the even integer."""
     return x + _ROUND - _ROUND
 
 

@@ -40,8 +40,10 @@ class Blocks:
         return self._made[name]
 
     def factor(self, n: int) -> Function:
-        """Return the function that factorises a symmetric M (n, n) as L D L^T, reading its upper half: M -> factors C
-        (n, n), pivots (n,) = D."""
+        """Return the function that factorises a symmetric M (n, n) as L D L^T: M -> factors C (n, n), pivots D (n,).
+
+        Only the upper half of M is read.
+        """
 
         def body(M: Array) -> Outputs:
             a = [list(M[n * i : n * i + n]) for i in range(n)]
@@ -162,8 +164,7 @@ class LDLT:
 
 
 def frame(columns: list[Array]) -> tuple[Any, Any]:
-    """Return the QR factors of m columns (6,) by Householder reflections: orthogonal Q (6, 6), upper triangular R (m,
-    m).
+    """Return the Householder QR factors of m columns (6,): orthogonal Q (6, 6), upper triangular R (m, m).
 
     The first m columns of Q, times R, are the given columns; the remaining ones span the space orthogonal to them.
     """

@@ -131,8 +131,7 @@ SHORT, LONG = 0.1, 100.0  # [s] of pseudo time; LONG leaves neutral directions a
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A pose at rest: coordinates q (nq,), tension of each rope and normal force of each support [N], and the number of
-    iterations needed."""
+    """A pose at rest: coordinates q (nq,), rope tensions and support forces [N], and number of iterations needed."""
 
     q: np.ndarray
     tensions: dict[str, float]
@@ -156,8 +155,10 @@ def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilib
 
 
 def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
-    """Return the pose at rest (nq,) that is reached from q, the number of iterations, and the state changes of force
-    laws. Raises KernelError naming a body that does not come to rest."""
+    """Return the pose at rest (nq,) reached from q, the number of iterations, and the state changes of force laws.
+
+    Raises KernelError naming a body that does not come to rest.
+    """
     h, before, last, stalled, onward, way = SHORT, np.inf, np.inf, 0, False, np.zeros(len(poses.free))
     events: list[StateChange] = []
     for steps in range(MOST + MORE):

@@ -299,8 +299,7 @@ def _state_names(p: Program) -> list[str]:
 
 
 def unit_of(p: Program, topic: str, i: int, unit: str) -> str:
-    """Return the unit of the i-th column of a topic such as "joint/velocity"; `unit`: the common unit of other
-    topics."""
+    """Return the unit of the i-th column of a topic such as "joint/velocity"; other topics have the unit `unit`."""
     if topic.startswith("pose/"):
         return "m" if i < 3 else "1"
     units: dict[str, list[str]] = {"joint/position": [], "joint/velocity": []}

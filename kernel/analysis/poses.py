@@ -77,8 +77,10 @@ class Poses:
         return dv
 
     def water(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Linearise the m states z of wave radiation at pose q (nq,): return da/dz (n_free, m) of the accelerations a,
-        and dz'/d(v, z) (m, n_free + m)."""
+        """Return the derivatives da/dz (n_free, m) and dz'/d(v, z) (m, n_free + m) at pose q (nq,).
+
+        a: accelerations, v: velocities, z: the m memory states of wave radiation.
+        """
         p, n = self.simulation.program, len(self.free)
         places = [*p.memory.values()]
         a, rates = np.zeros((n, len(places))), np.zeros((len(places), n + len(places)))
@@ -128,8 +130,10 @@ class Poses:
         return found.copy()
 
     def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:
-        """Factorise the matrix 1/h^2 - K of Newton steps; K (n_free, n_free): stiffness, `basis`: allowed motions
-        (None: all)."""
+        """Factorise the matrix 1/h^2 - K of Newton steps; K (n_free, n_free): stiffness.
+
+        `basis`: the allowed motions, as the method `basis` returns them.
+        """
         self._B = basis
         K = K if basis is None else basis.T @ K @ basis
         whole, n = self._eye.copy(), len(K)
@@ -177,7 +181,7 @@ class Poses:
         return q
 
     def count_turns(self, q: np.ndarray) -> None:
-        """Update the counted full turns of angles at pose q, less than half a turn from the pose before."""
+        """Update the counts of full turns for the angles at pose q, which is within half a turn of the last pose."""
         s = self.simulation
         if n := len(s.program.angles):
             self._y[:] = self._state(q)

@@ -21,8 +21,7 @@ def blocks_of(f: Function) -> list[str]:
 
 
 def named_code(f: Function, lanes: int, shared: frozenset[str] = frozenset()) -> str:
-    """Return the name of the code for `lanes` SIMD calls of a function (0: one call); `shared`: their common input
-    blocks."""
+    """Return the name of the code for `lanes` SIMD calls of a function; `shared`: their common input blocks."""
     return ".".join([f"{f.name}.x{lanes}", *sorted(shared)]) if lanes else f.name
 
 
@@ -116,8 +115,7 @@ class StraightLineCode:
         return reference(x, lanes)
 
     def pieces(self, x: Any) -> list[tuple[str, int, int]]:
-        """Return the registers that hold value x, each as (name suffix, first index, number of lanes); 0 lanes: a
-        scalar."""
+        """Return the registers of value x, each as (name suffix, first index, number of lanes); 0 lanes: a scalar."""
         return _cut(x.width) if is_sym(x) and x.width else [("", 0, self.lanes)]
 
     def load(self, n: Sym, base: str, index: int) -> None:
@@ -157,8 +155,7 @@ class StraightLineCode:
         return f"%s{self.vectors}"
 
     def pointer(self, values: tuple[Any, ...], tag: str) -> str:
-        """Return the address of consecutive values, which are copied to the stack unless a memory block holds them in
-        order."""
+        """Return the address of values in consecutive memory; they are copied to the stack if necessary."""
         v: Any = values[0] if values else None
         if is_sym(v) and v.op == "block":
             return f"ptr %{v.args[0]}"

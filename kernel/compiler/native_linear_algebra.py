@@ -83,8 +83,10 @@ class FactorLayout:
                 _less(c, other, [c.load(c.at(p, k)) for p in other], factors, first, stride)
 
     def solve(self, c: LoopEmitter, x: list[str]) -> None:
-        """Emit the loops that overwrite b with the solution x of A x = b, from the factors of A in block M; x is
-        `stride` long, with zeros after its first n numbers."""
+        """Emit the loops that overwrite b with the solution x of A x = b, from the factors of A in block M.
+
+        x is `stride` long, with zeros after its first n numbers.
+        """
         n, stride = self.n, self.stride
         planes = [c.at("%M", p) for p in self.matrix]
         with c.loop(0, n) as k:

@@ -23,12 +23,9 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 @dataclass(frozen=True)
 class SimdBatch:
-    """Simultaneous calls of one traced function, one per SIMD lane; `shared`: their common input blocks.
+    """Simultaneous calls of one traced function, one per SIMD lane; `shared`: their common input blocks."""
 
-    The last call also fills the remaining lanes.
-    """
-
-    calls: tuple[Sym, ...]
+    calls: tuple[Sym, ...]  # the last one also fills the remaining lanes
     width: int
     shared: frozenset[str]
 

@@ -35,8 +35,7 @@ def _is_array(x: Any) -> bool:
 
 
 class ExpressionGraph:
-    """The operations recorded from one traced function; `opaque`: named quantities are replaced by symbols, for
-    printing."""
+    """The operations recorded from one traced function; `opaque`: symbols replace named quantities."""
 
     def __init__(self, opaque: bool = False) -> None:
         self.table: dict[Any, Sym] = {}
@@ -289,8 +288,7 @@ def scope(name: str) -> Iterator[None]:
 
 
 def named(label: str, x: Any) -> Any:
-    """Give a traced quantity x the name `label` in printed equations; return x, or symbols of this name in its
-    place."""
+    """Name a traced quantity x in printed equations; return x, or symbols `label` in its place."""
     graphs = RECORDING.graphs
     if not graphs or not graphs[-1].opaque:
         return x

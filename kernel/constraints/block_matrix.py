@@ -170,8 +170,7 @@ class Unsymmetric(Proximal):
 
 @dataclass(frozen=True)
 class OpenTree:
-    """Traced functions for trees of one kind that carry constraint rows: factors of their inertia, response to
-    wrenches.
+    """Traced functions for trees of one kind with constraint rows: factors of inertia, response to wrenches.
 
     `factor` returns F (L and D^-1), half (L^-T rhs), dq, given and cross (rows of H for prescribed degrees of freedom),
     and for each body b with rows its columns S{b} and bias acceleration A{b}. `half[b]`: F, S, w -> y, f: for a wrench

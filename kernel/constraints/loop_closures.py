@@ -30,8 +30,7 @@ RATES = 1e-9  # singular value of the velocity columns of a joint below which tw
 
 @dataclass(frozen=True)
 class JointClosure:
-    """A joint that closes a loop: directions of its sides A and B with their rates, and d = p_B - p_A, in world
-    axes."""
+    """A joint that closes a loop: directions of its sides A and B with rates, d = p_B - p_A, in world axes."""
 
     a: Array  # rows: axis, second, third
     b: Array
@@ -110,8 +109,7 @@ def residual_unit(kind: str, i: int) -> str:
 
 
 def closure_numbers(joint: Joint) -> list[float]:
-    """Return the arguments (25,) of `closure_function`: the joint's position and directions in parent and child, and
-    pitch."""
+    """Return the arguments (25,) of `closure_function`: position and directions of the joint in both bodies, pitch."""
     basis = _basis(joint)
     sides = [(joint.p_PJ, basis @ exact(joint.R_PJ).T), (joint.p_CJ, basis @ exact(joint.R_CJ).T)]
     return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]

@@ -33,8 +33,10 @@ LINE = 7  # numbers of a line: a(3), b(3), share
 
 
 class RigidAt:
-    """Indices into the parameters of a rigid rope; each straight part of the rope has its end points a (3), b (3) and
-    its share of the length."""
+    """Indices into the parameters of a rigid rope.
+
+    Each straight part has its end points a (3), b (3) and its share of the length.
+    """
 
     HOOKED, TAUT, LINES = range(3)
     A, B = slice(2, 5), slice(5, 8)
@@ -112,8 +114,7 @@ class Constraints:
         return len(self.held)
 
     def link(self, instances: Sequence[tuple[Tree, Any]]) -> None:
-        """Determine the trees on which each constraint row acts and the rows that couple; create the functions that
-        need this."""
+        """Determine the trees on which constraint rows act and the rows that couple; create the functions for them."""
         self.instance = {
             tree.first + b: (i, b) for i, (tree, _) in enumerate(instances) for b in range(len(tree.bodies))
         }
@@ -178,8 +179,11 @@ class CompiledScene(Protocol):
 
 @dataclass(frozen=True)
 class ConstraintRow:
-    """A constraint row at one instant; `wrenches`: body numbers, each with the wrench (6,) of a unit multiplier about
-    the reference point of the body's tree."""
+    """A constraint row at one instant.
+
+    `wrenches`: body numbers, each with the wrench (6,) of a unit multiplier about the reference point of the body's
+    tree.
+    """
 
     wrenches: list[tuple[int, Array]]
     gap: Scalar

@@ -34,8 +34,7 @@ class Wave(Struct, frozen=True):
 
 
 class WaveSum(Struct, frozen=True):
-    """An irregular signal of the run's time t: the sum over k of cosines_k cos(w_k t) + sines_k sin(w_k t), ramped by
-    r(t).
+    """An irregular signal of the run's time t: r(t) times the sum of cosines_k cos(w_k t) + sines_k sin(w_k t).
 
     Factor r as in `Wave`; zero when equilibria are computed. It is represented by cubic Hermite pieces of `piece`
     seconds, with an error of (w_k piece)^4 / 384 of the amplitude of harmonic k. With a second sum `by`, the signal is
@@ -90,8 +89,7 @@ class Element(Struct, frozen=True):
 
     @property
     def along(self) -> tuple[str, str] | None:
-        """The joint and the name of its coordinate ("" if it has only one) on which the element acts; None if it acts
-        at points."""
+        """The joint and coordinate ("" if it has only one) on which the element acts; None if it acts at points."""
         joint = getattr(self, "joint", "")
         return (joint, getattr(self, "coordinate", "")) if joint else None
 

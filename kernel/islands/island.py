@@ -37,8 +37,7 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Return whether splitting an island at its unhooked ropes `loose` pays now; `share`: part of the work that it
-        saves."""
+        """Return whether splitting an island at the ropes `loose` pays now; `share`: part of the work that it saves."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
@@ -174,7 +173,7 @@ class Island(Simulation):
         return not subscribed.isdisjoint(self.events.names)
 
     def may_be_cut(self) -> frozenset[str]:
-        """Return the unhooked ropes at which splitting off a part at rest pays; an empty set if there are none."""
+        """Return the unhooked ropes at which it pays to split the island because one part is at rest; empty if none."""
         loose = self._unhooked()
         if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()

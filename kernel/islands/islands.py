@@ -64,12 +64,11 @@ class Islands(RunningAhead):
 
     @property
     def alone(self) -> list[LiftRows]:
-        """The lifts with sample rows of their own for their events; empty if the scene has only one lift."""
+        """The lifts whose events are recorded in rows of their own; empty if the scene has only one lift."""
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
-        """Return the method of the island that holds exactly this system; if there is none, a new one, only for
-        rows."""
+        """Return the method of the island that holds exactly this system, or a new one that is used only for rows."""
         bodies = {b.name for b in system.bodies}
         same = next((p for p in self.parts if bodies == {b.name for b in p.given.bodies}), None)
         return same.method if same else Stepping(Program(system), self.method.method, self.method.control)
@@ -193,8 +192,7 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Recompute the islands that events or commands have stopped; if none has stopped (end of the run), recompute
-        all."""
+        """Recompute the islands stopped by events or commands; if none is stopped (end of the run), recompute all."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()

@@ -38,8 +38,7 @@ class _Loose:
     ends: list[tuple[int, int]]
 
     def span(self, frames: np.ndarray) -> float:
-        """Return the length of a rope along its straight lines [m]; `frames` (n, 12): origins and rotations of
-        links."""
+        """Return the length of a rope along its straight lines [m]; `frames` (n, 12): poses of the links."""
         out = 0.0
         for line, ends in zip(self.lines.reshape(-1, ROPE_LINE), self.ends, strict=True):
             places = [
@@ -77,8 +76,10 @@ class Merge:
                 self._loose.append(_Loose(at[length].start + i, at[apart].start + i, sign, lines, ends))
 
     def whole(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """Combine the rows of all islands into one: energies and step counts are summed; every other column, except
-        those of loose ropes, belongs to one island."""
+        """Combine simultaneous rows of all islands into one row of the scene.
+
+        Energies and step counts are summed; every other column, except those of loose ropes, belongs to one island.
+        """
         row = np.zeros(len(self._place))
         for at, part in zip(self._places, parts, strict=True):
             row[at] += part

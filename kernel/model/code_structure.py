@@ -24,8 +24,7 @@ def structure(program: Program, *method: object) -> str:
         return None
 
     def of_signal(h: Threshold) -> object:
-        """Return the parts of a threshold's formula on which traced code depends: quantity, inputs, number of
-        values."""
+        """Return what traced code depends on in a threshold's formula: quantity, inputs, number of values."""
         wind = forces.index(h.of) if h.quantity == "wind" else None
         bodies = [number(point.body) for point in points(h, s)]
         over = [ropes.index(r) for r in h.ropes], bodies, len(numbers(h, s)), lines(h, s), wind

@@ -110,8 +110,11 @@ class Evaluation:
         return x.x[0], x.v[0], x.a[0]
 
     def reference(self, name: str) -> Reference:
-        """Return the reference of an actuator: its own profile plus functions f(s) = k1 s + kc cos s + ks sin s of the
-        master signals s that it follows."""
+        """Return the reference of an actuator: its own profile plus functions f(s) of the master signals s that it
+        follows.
+
+        f(s) = k1 s + kc cos s + ks sin s.
+        """
         ref, dref, ddref = self.own(name)
         follow = self.numbers("follow", name)
         for i, (s, ds, dds, sine, cosine) in enumerate(self.masters):
@@ -123,8 +126,7 @@ class Evaluation:
         return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
 
     def wave(self, name: str, given: Drive | InputSignal) -> Reference:
-        """Return the sum of all waves of a drive or signal, with its first two derivatives; zero if equilibria are
-        computed."""
+        """Return the sum of all waves of a drive or signal, with two derivatives; zero when equilibria are sought."""
         found: Reference = (0.0, 0.0, 0.0)
         if self.program.at_rest:
             return found
@@ -184,8 +186,7 @@ class Evaluation:
 
     @property
     def window(self) -> Scalar:
-        """Longest step [s] in which shapes in contact cannot pass through each other, with which fixed steps are
-        compared."""
+        """Longest step [s] in which shapes in contact cannot pass through each other, for checks of fixed steps."""
         return self.reach
 
     @property

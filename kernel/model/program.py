@@ -52,8 +52,9 @@ def program_of(system: System, *how: Any) -> "Program":
 
 
 class Program:
-    """A compiled system: layout of its state and parameters, and its traced functions. Raises KernelError if a law
-    names a missing part or two drives act on one joint.
+    """A compiled system: layout of its state and parameters, and its traced functions.
+
+    Raises KernelError if a law names a missing part or two drives act on one joint.
 
     `formulation`: equations for the accelerations, see `kernel.multibody.formulations`; `locked`: names of the engaged
     locks, None for those engaged at the start; `clamped`, `at_rest`, `calm`: see `Setting`.
@@ -227,7 +228,7 @@ class Program:
 
     @cached_property
     def compressible(self) -> list[tuple[Link, list[Link], slice]]:
-        """The flexible bodies, which may buckle, each with the bodies attached to it and its part of the axial
+        """The flexible bodies, which may buckle, with the bodies attached to them and their parts of the axial
         loads."""
         found, first = list[tuple[Link, list[Link], slice]](), 0
         for i, link in enumerate(self.graph.links):

@@ -39,10 +39,7 @@ class ReferenceProfile:
 
 
 class References:
-    """Speed profiles and followed master signals of all drives and winches, written into the parameter block P.
-
-    `admit` is called before each command.
-    """
+    """Speed profiles and followed master signals of all drives and winches, written into the parameter block P."""
 
     def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -63,7 +60,7 @@ class References:
         self.waves = WavePieces(irregular_waves(system), parameters.at, P)
         waves = [*(d.wave for d in system.drives), *(s.wave for s in given.values())]
         self._ramps = {round(wave.ramp * 1e9) for wave in waves if wave}
-        self.admit: Callable[[str], None] = lambda command: None
+        self.admit: Callable[[str], None] = lambda command: None  # called before each command
         self._epoch_ns = 0
         self.actuators = {n: ReferenceProfile(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
 
@@ -207,8 +204,7 @@ class References:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
-        """Return the sorted times since the epoch [s], after `after`, at which reference accelerations or slopes
-        jump."""
+        """Return the sorted times after `after` [s since the epoch] at which reference accelerations or slopes jump."""
         out = {*self.histories.breaks(epoch_ns, after), *self.waves.breaks(epoch_ns, after)}
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
@@ -236,7 +232,7 @@ class References:
 
 
 class Histories:
-    """Piecewise linear time histories of all signals; each piece has a start in local time [s], a value and a slope."""
+    """Piecewise linear time histories of all signals, in pieces with start in local time [s], value and slope."""
 
     def __init__(self, signals: dict[str, InputSignal], parameters: ParameterLayout, P: np.ndarray) -> None:
         self._P = P

@@ -134,8 +134,10 @@ def dynamics(
 
 
 def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Return, for each body of a tree, its composite inertia I^c and its joint wrench when all accelerations are zero
-    (Ku et al. 2012, Fig. 6 (c), (d))."""
+    """Return, for each body of a tree, its composite inertia I^c and its joint wrench at zero accelerations.
+
+    Ku et al. 2012, Fig. 6 (c), (d).
+    """
     I, F = newton_euler(tree, K, W)
     for i, b in enumerate(tree.bodies):
         if b.elastic is not None:
@@ -166,8 +168,10 @@ def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
 
 
 def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple[int, int], Scalar]:
-    """Return the joint-space inertia H[k, l] = S_l^T I^c S_k of a tree for l on the path of k (CRBA); raises
-    KernelError for a motion without inertia."""
+    """Return the joint-space inertia H[k, l] of a tree, l on the path of k; KernelError for a motion without inertia.
+
+    H[k, l] = S_l^T I^c S_k (composite rigid-body algorithm).
+    """
     H: dict[tuple[int, int], Scalar] = {}
     of = tree.body_of_dof
     for k, (i, path) in enumerate(zip(of, tree.dof_paths, strict=True)):

@@ -29,8 +29,8 @@ _PARTS = (
 
 @dataclass(frozen=True)
 class AddedMass:
-    """Added mass A (6, 6) of a body: maps its twist to the momentum of the water [angular; linear], about the body's
-    origin and in its axes."""
+    """Added mass A (6, 6) of a body about its origin and in its axes: maps twist to momentum of water [angular;
+    linear]."""
 
     A: Array
 

@@ -81,8 +81,7 @@ class SampleRecorder:
             self.number += 1
 
     def keep(self, t_ns: int, row: np.ndarray) -> None:
-        """Check a row that native code has written and store it as a sample; raises KernelError if the row shows an
-        invalid state, such as a rope completely wound up."""
+        """Store a row written by native code as a sample; raises KernelError if it shows an invalid state."""
         native = self._native
         at = native.method.row_layout.at
         check_lengths(native.program, t_ns * 1e-9, row[at["length"]])

@@ -186,8 +186,8 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
 
 
 def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
-    """Return the numbers of at most `rows` rows: the first, the last, and those with the minima and maxima of these
-    columns in equal parts of the run."""
+    """Return the numbers of at most `rows` rows that keep the ends of the run and minima and maxima of these
+    columns."""
     n = len(columns[0])
     if n <= rows or rows < 4:
         return np.arange(n)

@@ -146,8 +146,7 @@ class _Lift:
         return min(len(self._waiting[kind]) for kind in self._forms) >= BLOCK
 
     def joined(self) -> tuple[list[int], Floats, Floats | None]:
-        """Return the pending rows: times [ns], numbers, and numbers joined with poses (None if the poses have other
-        times)."""
+        """Return the pending rows: times [ns], numbers, numbers joined with poses (None if poses have other times)."""
         at, parts = list[list[int]](), list[Floats]()
         for kind in sorted((kind for kind in self._forms if self._waiting[kind]), reverse=True):  # samples, then poses
             waiting, self._waiting[kind] = self._waiting[kind], []

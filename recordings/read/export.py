@@ -61,8 +61,7 @@ def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
 
 
 def log(rec: Recording, patterns: Sequence[str] = ()) -> tuple[list[str], list[list[object]]]:
-    """Return the header and rows of a table of the events on matching ports; each field of the messages has a
-    column."""
+    """Return a table of the events on matching ports: header, and rows with a column for each message field."""
     names = {x.name: x.names for x in port_signals(rec, patterns)} if patterns else {}
     fields: dict[str, None] = {}
     kept: list[tuple[RecordedEvent, dict[str, object]]] = []

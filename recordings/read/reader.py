@@ -195,8 +195,7 @@ class Recording:
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
     def message(self, fact: str) -> list[str]:
-        """Return the sentences of the fact `measured` (comparison with a real lift) or `certified` (error
-        estimates)."""
+        """Return the sentences of the fact `measured` (compared with a real lift) or `certified` (error estimates)."""
         return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
@@ -245,8 +244,7 @@ class Recording:
     def blocks(
         self, names: Sequence[str], only: Sequence[int] | None = None
     ) -> Iterator[tuple[list[int], list[Floats]]]:
-        """Yield times [ns] and values of these signals in blocks of some thousand rows, as long as all signals have
-        rows.
+        """Yield times [ns] and values of these signals in blocks of some thousand rows, while all have rows.
 
         Measured signals that are requested together with simulated signals are interpolated at the times of the
         simulation (`Signal.at`). `only`: numbers of the wanted samples, in ascending order.

@@ -205,8 +205,7 @@ class RecordedPart:
 
     @staticmethod
     def of(rec: SignalSource, name: str) -> "RecordedPart":
-        """Return the part of a recording with this name; "legs/1" also means legs-1. Raises SignalError if there is
-        none."""
+        """Return the part of a recording with this name ("legs/1" means legs-1); raises SignalError without one."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(BEAMS, {}).items() if hung in names}
         found: dict[str, list[str]] = {}

@@ -96,8 +96,7 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return the names of results that cannot be recomputed from the recording: verdict, times of peaks, sometimes
-    digest."""
+    """Return the names of recorded results that cannot be recomputed, such as the verdict."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])

@@ -43,8 +43,10 @@ Cell: TypeAlias = Value | Marked
 
 
 class Column(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A column of a table: name, unit and number of decimals (`digits`; None: as many as needed). Columns of text have
-    no unit and no decimals."""
+    """A column of a table: name, unit and number of decimals (`digits`; None: as many as needed).
+
+    Columns of text have no unit and no decimals.
+    """
 
     name: str
     unit: str = ""

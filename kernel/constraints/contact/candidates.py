@@ -72,8 +72,9 @@ class OrientedBox:
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Return the gap [m] between a point of `body` and a face of the box, and its rate; beside the face, those of
-        `depth`.
+        """Return the gap [m] between a point of `body` and a face of the box, and its rate.
+
+        Beside the face, the result of `depth`. `faces`: one flag per axis of the box, true for that of the face.
 
         `faces`: one flag per axis of the box, true for that of the face.
         """
@@ -157,8 +158,10 @@ def _faces(apart: list[Scalar]) -> list[Scalar]:
 
 @dataclass(frozen=True)
 class Direction:
-    """A direction n = a_i x b_j perpendicular to one edge of each of two boxes, pointing from B to A; `separation` of
-    the boxes along it [m]."""
+    """A direction n perpendicular to one edge of each of two boxes, pointing from B to A.
+
+    n = a_i x b_j; `separation`: distance of the boxes along it [m].
+    """
 
     i: int
     j: int
@@ -184,8 +187,7 @@ def _crossing(a: OrientedBox, b: OrientedBox, i: int, j: int) -> Direction:
 
 
 def edge(box: OrientedBox, i: int, signs: tuple[float, float]) -> Any:
-    """Return the midpoint, in world axes, of the edge of a box along its axis i; `signs`: on which side of the box the
-    edge lies along the other two axes."""
+    """Return the midpoint, in world axes, of an edge of a box along its axis i; `signs` selects one of the four."""
     k, l = (i + 1) % 3, (i + 2) % 3
     return box.c + signs[0] * box.h[k] * box.axes[k] + signs[1] * box.h[l] * box.axes[l]
 

@@ -67,8 +67,7 @@ class Site:
 
 
 def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
-    """Return the parameters of a contact: friction, load [N] below which it counts as unloaded, shapes, touching
-    points."""
+    """Return the parameters of a contact: friction, load [N] below which it counts as unloaded, shapes, points."""
     pair = pair_of(c)
     empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0, 0.0, 0.0, 0.0]
     out = {

@@ -125,8 +125,7 @@ def _times(*columns: Sequence[Scalar]) -> list[Scalar]:
 
 
 def slip_ratio(s: Sheave, q: Array, wrap: tuple[Scalar, Scalar] | None) -> tuple[Scalar, Scalar]:
-    """Return the tension ratio of a sheave on which the rope slips, and its rate; `wrap`: wrap angle [rad] and its
-    rate."""
+    """Return tension ratio and its rate at a sheave on which the rope slips; `wrap`: wrap angle [rad] and its rate."""
     ratio, rate = (q[11], 0.0) if s.efficiency < 1.0 else (1.0, 0.0)
     if wrap and s.friction > 0.0:
         angle, turning = wrap

@@ -69,8 +69,7 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
 
 
 def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]], list[bool | None]]:
-    """Return the parameters of a rope's nodes at given poses, and for each node whether the rope touches it (None:
-    always).
+    """Return the parameters of a rope's nodes at given poses, and whether the rope touches each (None: always).
 
     The dividing direction of a sheave halves its wrap arc.
     """

@@ -74,8 +74,7 @@ class RowGroup:
 
     @property
     def redundancies(self) -> list[dict[int, float]]:
-        """Undetermined constraint forces: sets of scaled multipliers by row, without effect on the free degrees of
-        freedom."""
+        """Undetermined constraint forces: sets of scaled multipliers by row that cause no motion."""
         return [{self.rows[n]: x for n, x in distance.items()} for distance in combinations(self.G, RANK)]
 
     def towards(self, residuals: Sequence[float]) -> list[float]:
@@ -246,8 +245,7 @@ class Pose:
 
 
 def pose_of(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Pose:
-    """Return the pose of a state y with its constraint rows, or the start pose by default; with `P`, the pose belongs
-    to a run in progress."""
+    """Return the pose of a state y (default: the start) with its constraint rows; with `P`, of a run in progress."""
     running = P is not None
     y = program.initial_state() if y is None else y
     P = program.parameters.initial if P is None else P

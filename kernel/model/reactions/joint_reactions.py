@@ -58,8 +58,7 @@ class Indeterminacy:
 
 
 def indeterminacies(pose: Pose) -> list[Indeterminacy]:
-    """Return the statically undetermined forces at a pose with its contacts, for each group of coupled rows with
-    any."""
+    """Return the statically undetermined forces at a pose, for each group of coupled rows that has any."""
     found = []
     for group in pose.groups:
         distances = [_carried(pose, group, multipliers) for multipliers in group.redundancies]

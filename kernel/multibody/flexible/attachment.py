@@ -52,8 +52,7 @@ class Track:
     shortening: np.ndarray  # (n', m, m) for the geometric terms
 
     def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
-        """Return the mode shapes (6, m) at s [m] along the beam, their first two derivatives, and slope integrals g (m,
-        m)."""
+        """Return mode shapes (6, m) at s [m] along the beam, with two derivatives, and slope integrals g (m, m)."""
         # Chebyshev polynomials are defined on -1..1
         x = self.slope * s - 1.0
         # three-term recurrences of T_n and their derivatives

@@ -162,8 +162,7 @@ def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
 
 
 def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
-    """Return the division of a rigid tree into a trunk and equal branches; None without such branches; `name`: prefix
-    of the names of the branches' functions."""
+    """Return a rigid tree divided into a trunk and equal branches, or None; `name`: prefix of function names."""
     if any(x is not None for b in tree.bodies for x in (b.elastic, b.place, b.shared)):
         return None
     below = [[i] for i in range(len(tree.bodies))]

@@ -216,8 +216,7 @@ class NativeState:
         return n
 
     def among(self) -> float:
-        """Return a local time [s] within the present pieces of the speed profiles, which selects these pieces in
-        evaluations."""
+        """Return a local time [s] within the present pieces of the speed profiles, by which they are selected."""
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
 
     # ---- evaluations --------------------------------------------------------------------------------------
@@ -258,8 +257,8 @@ class NativeState:
         return evaluate(self.program, self["t"], self.state.copy(), self.P, self.among())
 
     def close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Take one Newton step from state y onto the constraints; return the new state, and the residual, residual rate
-        and pivot of each constraint row."""
+        """Take one Newton step from state y onto the constraints; return the new state, and residual, residual rate and
+        pivot of each constraint row."""
         self.X[self.at["y"]] = y
         self.call("close")
         place, gap, slip, pivot = (self.part(name).copy() for name in ("y", "gap", "slip", "pivot"))

@@ -28,8 +28,7 @@ ASIDE = 1e-4  # [m, rad] along the shape to either side
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest mode of a scene: frequency |s|/2 pi [Hz], damping ratio, body with most kinetic energy, its stiff
-    law."""
+    """The fastest mode of a scene: frequency [Hz], damping ratio, body with most kinetic energy, its stiff law."""
 
     frequency: float
     damping: float
@@ -182,8 +181,7 @@ def _wrong(method: Method, modes: list[tuple[complex, float]], step: float) -> f
 
 
 class EnergyCheck:
-    """Check of a run's energy balance: compares the energies of a sample row with those at the last event; `step`: the
-    fixed step [s], or None."""
+    """Check of a run's energy balance since the last event; `step`: the fixed step [s], or None."""
 
     def __init__(self, native: NativeState, tolerance: float, step: float | None) -> None:
         self._native = native
