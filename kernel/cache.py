@@ -223,8 +223,7 @@ def contents(folder: Path, *endings: str) -> bytes:
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
-    """Return the cached data of type `kind` stored under `name`; if there are none, compute and cache them by
-    `make`."""
+    """Return the cached data of type `kind` stored under `name`; compute and cache them by `make` if missing."""
     if data := read_cached(name):
         try:
             return msgspec.msgpack.decode(data, type=kind)

@@ -97,8 +97,7 @@ def namer(reference: str) -> str | None:
 
 
 def trusted() -> list[Path]:
-    """Return the folders and files that this user trusts, sorted; raises KernelError if other users can change the
-    list."""
+    """Return the sorted folders and files that this user trusts; raises KernelError if others can change the list."""
     path = _list()
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:

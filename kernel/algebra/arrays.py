@@ -79,8 +79,7 @@ class LuFactors:
 
 
 def factored(A: np.ndarray, least: float = 0.0) -> LuFactors:
-    """Return the L U factors of a matrix (n, n) without pivoting, for positive definite matrices and spline
-    interpolation.
+    """Return the L U factors of a matrix (n, n) without pivoting, as for positive definite and spline matrices.
 
     Raises ZeroDivisionError if a pivot is not larger than `least` times the diagonal element of the original matrix.
     """

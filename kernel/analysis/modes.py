@@ -45,8 +45,10 @@ class NaturalMode:
 
 @dataclass(frozen=True)
 class Modes:
-    """All small motions about a pose: oscillations by frequency; decay rates [1/s] of overdamped motions (negative:
-    growing); number of degrees of freedom without stiffness."""
+    """All small motions about a pose: oscillations, and motions that decay or grow without oscillating.
+
+    Oscillations by frequency; decay rates [1/s] (negative: growing); number of degrees of freedom without stiffness.
+    """
 
     oscillations: tuple[NaturalMode, ...]
     decays: tuple[float, ...]
@@ -213,8 +215,10 @@ def _choice(reactions: Reactions) -> str:
 
 
 def statics_data(found: Equilibrium, reactions: Reactions, growth: float) -> dict[str, object]:
-    """Return coordinates, tensions and normal forces [N], joint reactions in joint axes [N, N m], growth rate [1/s] and
-    statically indeterminate forces as data."""
+    """Return the static state as data: coordinates, tensions, normal forces, joint reactions, growth rate.
+
+    Forces [N] and moments [N m] in joint axes, growth rate [1/s]; statically indeterminate forces are listed.
+    """
     return {
         "growth": growth,
         "coordinates": found.q.tolist(),

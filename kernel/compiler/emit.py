@@ -73,8 +73,7 @@ def blocks(f: Function | EmittedParts) -> list[str]:
 
 
 def module(*functions: Function | EmittedParts, fused: bool = False) -> str:
-    """Return the LLVM IR text of functions and loops, with all functions they call; `fused`: use fused
-    multiply-adds."""
+    """Return the LLVM IR of functions and loops with all functions they call; `fused`: use fused multiply-adds."""
     texts: list[str] = []
     seen: dict[str, Function | EmittedParts] = {}
 

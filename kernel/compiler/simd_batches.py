@@ -132,8 +132,10 @@ def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym |
 
 
 class OperandCode(Protocol):
-    """Interface of a code emitter that operands of SIMD batches need. `value`: returns the IR name of a number, which
-    is loaded on first use."""
+    """Interface of the emitter of scalar code that SIMD operands need.
+
+    `value`: returns the IR name of a number, which is loaded on first use.
+    """
 
     body: list[str]
     lane: dict[Sym, tuple[SimdBatch, int]]

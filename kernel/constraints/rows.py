@@ -252,8 +252,7 @@ class ConstraintRows:
         return out
 
     def loads(self) -> list[Scalar]:
-        """Return loads of loop joints on their children [N, N m], and tension [N], slack and length [m] of rigid
-        ropes."""
+        """Return loads of loop joints on their children [N, N m], and tension [N], slack and length [m] of ropes."""
         out: list[Scalar] = []
         at = 0
         for j in self.constraints.loops:

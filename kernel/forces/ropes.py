@@ -30,7 +30,7 @@ MOVES, WEIGHS = 1.0 / 3.0, 1.0 / 2.0  # parts of a rope's mass at each end
 
 
 def with_rope_masses(system: System) -> System:
-    """Return the system with rope masses added to the end bodies: of each rope, the part that moves with its ends."""
+    """Return the system with the part of each rope's mass that moves with its ends added to the end bodies."""
     borne: dict[str, list[tuple[float, Point]]] = {}
     for rope in system.straight_ropes:
         for mass, end in _ends(rope):

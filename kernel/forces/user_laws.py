@@ -46,8 +46,10 @@ class LawInput:
 
 
 class UserLawEntry(ForceLaw[UserLaw]):
-    """Force law of user-defined laws: traces the user's function once to check it; its parameters are the user's
-    parameters and modes."""
+    """Force law of user-defined laws: traces the user's function once, to check it.
+
+    Its parameters are the user's parameters and modes.
+    """
 
     works = True
     timed = True

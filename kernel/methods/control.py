@@ -33,8 +33,10 @@ ULPS = 16.0 * 2.0**-52  # relative displacement that shows what rounding does to
 
 
 def scale_of(before: Value, v: Value) -> Value:
-    """Return the scale of the error tolerance, which grows with the largest speed so far; `before`: the previous scale;
-    v (nv,): velocities."""
+    """Return the scale of the error tolerance, which grows with the largest speed so far.
+
+    `before`: the previous scale; v (nv,): velocities.
+    """
     for u in v:
         # the largest speed so far: a scene that comes to rest keeps the scale of its motion
         before = maximum(before, abs(u) * (1.0 / SWIFT))

@@ -139,8 +139,9 @@ class DormandPrince8(RungeKutta):
 
 
 class SemiImplicitEuler(Method):
-    """Semi-implicit (symplectic) Euler method: a step updates velocities first, then coordinates with the new
-    velocities; quaternions follow dq/dt = N(q) v.
+    """Semi-implicit (symplectic) Euler method: updates velocities first, then coordinates with the new velocities.
+
+    Quaternions follow dq/dt = N(q) v.
 
     Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.2 (1.9). Its energy error stays bounded; its relative
     frequency error is that of leapfrog, (w h)^2 / 24. The dense output is a step of the method to that time, so that

@@ -110,8 +110,7 @@ class Evaluation:
         return x.x[0], x.v[0], x.a[0]
 
     def reference(self, name: str) -> Reference:
-        """Return the reference of an actuator: its own profile plus functions f(s) of the master signals s that it
-        follows.
+        """Return the reference of an actuator: its own profile plus functions f(s) of followed master signals s.
 
         f(s) = k1 s + kc cos s + ks sin s.
         """

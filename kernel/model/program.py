@@ -41,8 +41,7 @@ MOST = 16
 
 
 def program_of(system: System, *how: Any) -> "Program":
-    """Return the compiled program of a description with these arguments; recent ones are cached, except those with a
-    user's own code, which may change."""
+    """Return the compiled program of a description with these arguments; recent ones without user code are cached."""
     system = check_description(system)
     if system.functions:
         return Program(system, *how)
@@ -228,8 +227,7 @@ class Program:
 
     @cached_property
     def compressible(self) -> list[tuple[Link, list[Link], slice]]:
-        """The flexible bodies, which may buckle, with the bodies attached to them and their parts of the axial
-        loads."""
+        """Flexible bodies, which may buckle, with the bodies attached to them and the indices of their axial loads."""
         found, first = list[tuple[Link, list[Link], slice]](), 0
         for i, link in enumerate(self.graph.links):
             if link.n_modes:

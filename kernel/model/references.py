@@ -29,8 +29,7 @@ SAME = 1e-9  # relative difference of two values that is round-off
 
 @dataclass
 class ReferenceProfile:
-    """Reference of an actuator: a speed profile that starts from the value x0, and the followed master signals with
-    their coefficients."""
+    """Reference of an actuator: a speed profile from the value x0, and coefficients of followed master signals."""
 
     start_ns: int
     x0: float
@@ -89,8 +88,7 @@ class References:
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """Return an actuator's reference at a time: its own profile plus functions of the master signals that it
-        follows.
+        """Return an actuator's reference at a time: its own profile plus functions of followed master signals.
 
         A measured joint counts with the reference of its drive.
         """
@@ -186,8 +184,7 @@ class References:
             a.start_ns, a.x0, a.move = t_ns, self.own(name, t_ns)[0], REST
 
     def write(self, epoch_ns: int) -> None:
-        """Write the profiles, followed master signals and histories of all actuators into the parameter block P, with
-        times in seconds since the epoch."""
+        """Write profiles, followed master signals and histories of all actuators into P; times [s] since the epoch."""
         self._epoch_ns = epoch_ns
         rows = list[float]()
         for a in self.actuators.values():

@@ -29,8 +29,7 @@ _PARTS = (
 
 @dataclass(frozen=True)
 class AddedMass:
-    """Added mass A (6, 6) of a body about its origin and in its axes: maps twist to momentum of water [angular;
-    linear]."""
+    """Added mass A (6, 6) of a body about its origin, in its axes: twist -> momentum of water [angular; linear]."""
 
     A: Array
 
@@ -251,7 +250,7 @@ def all_numbers(bodies: Sequence[TreeBody]) -> list[Any]:
 
 
 def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
-    """Return the parameters of a tree in the order of `with_numbers`, from `all_numbers` of a tree of the same kind."""
+    """Return the parameters of a tree in the order of `with_numbers`, selected from all its numbers."""
     return [every[i] for i in tree.places]
 
 

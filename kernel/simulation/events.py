@@ -103,8 +103,8 @@ class Events:
             self._integrator.take_back()
 
     def take(self) -> tuple[list[int], int]:
-        """Commit the step up to the located event; return its negative guards and its time. Raises KernelError for too
-        many events."""
+        """Commit the step up to the located event; return negative guards and time. Raises KernelError for too many
+        events."""
         fallen, t_ns = self.fallen, self.t_ns
         self.forget()
         self._integrator.commit()

@@ -210,8 +210,10 @@ class Simulation(CommandTarget):
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Integrate to t_ns so that commands can be given; `pause` as in `run`. Raises KernelError for a time before
-        committed steps or after an event."""
+        """Integrate to t_ns so that commands can be given; `pause` as in `run`.
+
+        Raises KernelError for a time before committed steps or after an event.
+        """
         if self.order.stands_at(t_ns, self.epoch):
             return
         check_present(t_ns, self.present_ns)

@@ -51,8 +51,7 @@ Item = Path | Text | DimensionLine
 
 @dataclass
 class View:
-    """A view drawn at scale 1 : `scale`: its items in their own coordinates, and the place of their origin on the
-    sheet."""
+    """A view drawn at scale 1 : `scale`: its items in their own coordinates, and the place of their origin."""
 
     title: str
     scale: float

@@ -73,8 +73,7 @@ def unit_of(unit: str, column: str) -> str:
 
 
 class SampleChannel(msgspec.Struct, frozen=True):
-    """The columns `start` to `stop` of a sample row: topic such as "rope/tension", names of columns, and common
-    unit."""
+    """The columns `start` to `stop` of a sample row: topic such as "rope/tension", column names, common unit."""
 
     topic: str
     names: list[str]
@@ -186,8 +185,7 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
 
 
 def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
-    """Return the numbers of at most `rows` rows that keep the ends of the run and minima and maxima of these
-    columns."""
+    """Return the numbers of at most `rows` rows that keep both ends, and minima and maxima of these columns."""
     n = len(columns[0])
     if n <= rows or rows < 4:
         return np.arange(n)
@@ -203,8 +201,7 @@ NOTHING = -40  # power of two of what is no value
 
 
 class Columns:
-    """The recorded columns of rows with one layout: `fields` of numbers, then seven columns for each of the
-    `bodies`."""
+    """The recorded columns of rows with one layout: `fields` of numbers, then seven columns per body in `bodies`."""
 
     def __init__(self, layout: SampleLayout) -> None:
         poses = [channel for channel in layout.channels if channel.topic.startswith(POSE)]

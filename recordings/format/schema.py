@@ -84,8 +84,7 @@ class Template:
         return out
 
     def decode(self, data: NDArray[np.uint8], *wanted: slice) -> list[NDArray[np.float64]]:
-        """Return the numbers (n, numbers) in messages (n, bytes) from `encode`; raises ValueError for other
-        messages."""
+        """Return the numbers (n, numbers) in messages (n, bytes) from `encode`; raises ValueError for others."""
         if data.shape[1] != len(self._image) or ((data != self._image) & self._fixed).any():
             raise ValueError(WRONG)
         starts = (self._starts[x] for x in wanted)

@@ -98,8 +98,10 @@ def boxes_of(data: bytes) -> list[DrawnBox]:
 
 
 def log_message(t_ns: int, level: str, name: str, message: str, number: int = 0) -> bytes:
-    """Return a foxglove.Log message. `level`: debug, info, warning, error or fatal; `number`: number of a note, stored
-    in the field `line`."""
+    """Return a foxglove.Log message; `level`: debug, info, warning, error or fatal.
+
+    `number`: number of a note, stored in the field `line`.
+    """
     log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message, line=number)
     return bytes(log.SerializeToString())
 

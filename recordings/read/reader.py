@@ -39,8 +39,10 @@ NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 
 
 class Recording:
-    """A finished recording, opened for reading; raises RecordingError for a file that is missing, cut off, damaged, or
-    not a recording of heavylift."""
+    """A finished recording, opened for reading.
+
+    Raises RecordingError for a file that is missing, cut off, damaged, or not a recording of heavylift.
+    """
 
     def __init__(self, path: str | Path) -> None:
         self._file = Container(path)
@@ -80,8 +82,8 @@ class Recording:
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """Return a fact of `result` or `run` from JSON; raises RecordingError if it has another type than the
-        default."""
+        """Return a fact of `result` or `run` from JSON; raises RecordingError if its type differs from the
+        default's."""
         found = text = self.result.get(name, self.run.get(name))
         if text is None or isinstance(default, str):
             return default if text is None else text
@@ -95,8 +97,7 @@ class Recording:
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
-        """Sizes [bytes] of the checkpoints of the mechanics (for `heavylift branch`), by logical time (ns,
-        microstep)."""
+        """Sizes [bytes] of the mechanics' checkpoints (for `heavylift branch`), by logical time (ns, microstep)."""
         with self.reading():
             found = self._file.summary.attachment_indexes
             sizes = {x.name.removeprefix(CHECKPOINT): x.data_size for x in found if x.name.startswith(CHECKPOINT)}

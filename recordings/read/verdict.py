@@ -113,8 +113,7 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
 
 
 def complaints(rec: Recording) -> list[str]:
-    """Return sentences about contradictions in a recording: damaged bytes; a digest, samples or peaks that disagree
-    with events and rows."""
+    """Return sentences about contradictions in a recording, such as damaged bytes or a digest that disagrees."""
     if rec.complaints is None:
         rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
     return rec.complaints

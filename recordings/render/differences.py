@@ -49,8 +49,7 @@ def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
 
 
 def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[float, str]]]:
-    """Return descriptions of the rows of a topic that only one recording has, and the first difference with its time
-    [s]."""
+    """Return descriptions of the rows that only one recording has, and the first difference with its time [s]."""
     a, b = (hashes(rec, topic) for rec in (A, B))
     if np.array_equal(a, b):
         return [], []

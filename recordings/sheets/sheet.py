@@ -309,8 +309,10 @@ def in_page(figure: "Figure") -> str:
 
 
 def styled(fonts: str) -> AbstractContextManager[None]:
-    """Return a context in which figures are drawn in colours that `in_page` replaces. `fonts`: "none" writes text as
-    SVG text, "path" as outlines."""
+    """Return a context in which figures are drawn in colours that `in_page` replaces.
+
+    `fonts`: "none" writes text as SVG text, "path" as outlines.
+    """
     from matplotlib import rc_context
 
     style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,

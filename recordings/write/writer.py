@@ -197,8 +197,7 @@ class Recorder:
         self._drain()
 
     def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
-        """Attach the state of the mechanics at a logical time, before the events of that time; attachments are not part
-        of the digest."""
+        """Attach the state of the mechanics at a logical time, before its events; it is not part of the digest."""
         self._sink.checkpoint(at, state)
 
     def log(self, t_ns: int, level: str, name: str, message: str) -> None:

@@ -223,7 +223,7 @@ THIN = 1e-4  # [m] what is thinner counts as that thick, so that two points do n
 
 
 def passes(c: Contact) -> bool:
-    """Return whether two contact shapes could pass through each other within a long step, as balls and boxes can."""
+    """Return whether two contact shapes could pass through each other within a long step."""
     return not isinstance(c.b, Plane)
 
 

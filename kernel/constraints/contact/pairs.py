@@ -42,8 +42,10 @@ class ContactPair:
 
 
 def shape_numbers(s: Shape) -> list[float]:
-    """Return the numbers that describe a contact shape. Ball: centre, radius; box: centre, axes as rows, half edges;
-    plane: point, normal."""
+    """Return the numbers that describe a contact shape.
+
+    Ball: centre, radius; box: centre, axes as rows, half edges; plane: point, normal.
+    """
     if isinstance(s, Ball):
         return [*s.p, s.radius]
     if isinstance(s, Box):

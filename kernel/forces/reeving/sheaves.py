@@ -146,8 +146,7 @@ class RopePath:
         return out
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Return two guards for each sheave that the rope can leave: for leaving or touching it, and for its wrong
-        side."""
+        """Return two guards for each sheave that the rope can leave: for leaving or touching it, for its wrong side."""
         out = []
         for i, here in enumerate(self._on):
             if here is not None:

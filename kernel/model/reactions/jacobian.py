@@ -121,8 +121,7 @@ class Pose:
         return self._K[i]
 
     def holds(self, r: int) -> bool:
-        """Return whether constraint row r is active: a rope's row while the rope is hooked and taut, a contact's row
-        while the contact pushes."""
+        """Return whether constraint row r is active: a rope must be hooked and taut, and a contact must push."""
         c = self.program.constraints
         first = len(c.of)
         if r < first:

@@ -27,8 +27,10 @@ SAME = 1e-9  # part of the length between nodes of one section
 
 
 class FlexibleColumn:
-    """A flexible body as a column under axial loads, which can buckle; `softens`: whether its equations of motion
-    include the effect of these loads."""
+    """A flexible body as a column under axial loads, which can buckle.
+
+    `softens`: whether its equations of motion include the effect of these loads.
+    """
 
     def __init__(self, modes: ModeShapes, K: np.ndarray, held: list[int]) -> None:
         self.softens = modes.flexible.beam is not None

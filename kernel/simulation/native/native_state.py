@@ -147,8 +147,7 @@ class NativeState:
         self._calls[name]()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """Return a native function bound to blocks of the simulation, which the caller must keep alive, for many
-        calls."""
+        """Return a native function bound, for many calls, to blocks that the caller must keep alive."""
         code = self.code
         return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
 
@@ -179,8 +178,7 @@ class NativeState:
 
     @property
     def angles(self) -> np.ndarray:
-        """The part of the state that counts angles over several turns [rad] and holds the radiation states of the
-        water, as a view (see `continuous_angles`)."""
+        """View of the state's angles over several turns [rad] and of its memory states of wave radiation."""
         p = self.program
         return self.state[p.nq + p.nv + len(p.accounts) :]
 

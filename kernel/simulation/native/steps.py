@@ -186,13 +186,13 @@ def refresh(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def close(s: StepState, project: Project) -> None:
-    """Take a Newton step onto the constraints; the state block receives the gaps before the step and the pivots."""
+    """Take a Newton step onto the constraints, and store the gaps before it and the pivots in the state block."""
     x = project(s.t, s.y)
     s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
 
 
 def look(s: StepState, row: Row) -> tuple[Value, list[Value]]:
-    """Write the present state as a sample row, to be read at once: the next sample overwrites this row."""
+    """Write the present state as a sample row, which the next sample overwrites."""
     return s.row, [*row(s.t, s.y), *kept(s)]
 
 
