@@ -64,7 +64,7 @@ class Played:
 
     @cached_property
     def digest(self) -> str:
-        """Digest of the run, equal for equal runs whether recorded or not."""
+        """Digest of the run; a recorded run with the same events and samples has the same digest."""
         digest, columns = Digest(), Columns(self.layout)
         for e in self.events:
             digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
@@ -160,7 +160,7 @@ class Judge:
 
     @cached_property
     def coarse(self) -> Judged:
-        """The verdict from every second sample, without the tables of a report."""
+        """The verdict computed from every second sample, for the error due to sampling; it has no tables."""
         return self._judged(whole=False, every=2)
 
 

@@ -69,7 +69,7 @@ class KernelNode:
         self.lookahead |= self._sampling.lookahead
 
     def layout(self) -> bytes:
-        """Return the encoded description of the columns of a sample, for the recording."""
+        """Return the encoded names and units of the columns of a sample row, for the recording."""
         lifts = {lift.name: {"channels": _columns(lift.method)} for lift in self.simulation.alone}
         whole: dict[str, object] = {"channels": _columns(self.simulation.method)}
         return msgspec.msgpack.encode(whole | ({"lifts": lifts} if lifts else {}))
@@ -125,7 +125,7 @@ class KernelNode:
 
     @property
     def slack(self) -> list[Slack]:
-        """No observed lookaheads, since the kernel schedules no output in response to an input."""
+        """Observed lookaheads: always empty, since the kernel schedules no output in response to an input."""
         return []
 
     @property
@@ -234,7 +234,7 @@ class KernelNode:
         self.foretell()
 
     def foretell(self) -> None:
-        """Publish future samples of a scene at rest in advance."""
+        """Publish in advance the sample row of a scene at rest, which repeats until a command arrives."""
         if self._foretells and (rest := self.simulation.foretold()):
             self.sink.rows(self.simulation.method, self._sent, [*self.simulation.rows, rest], (), self._period)
 

@@ -176,7 +176,7 @@ class Transitions:
         self._lines.append((*line.tag, line.path, line.kind, _wire(line.bag), _wire(line.sent)))
 
     def flush(self) -> None:
-        """Send the transitions logged so far."""
+        """Publish the transitions logged since the last call."""
         if self._lines:
             self._publish(msgspec.msgpack.encode(self._lines))
             self._lines.clear()

@@ -70,7 +70,7 @@ class Session(Generic[Kernel]):
         return outcome
 
     def finish(self, end: Tag) -> str:
-        """Let the kernel compute up to `end`, and return the conditions for which models still wait.
+        """Advance the kernel to `end`, and return the conditions for which models still wait, as text.
 
         Raises ModelError with this text if the plan has no end time and its action list has not finished.
         """

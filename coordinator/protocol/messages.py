@@ -95,7 +95,7 @@ class GrantDone(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="don
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
-    """CHECKPOINT: canonical state of a node after GRANT `gseq`.
+    """CHECKPOINT: canonical state of a node after it has processed the grant number `gseq`.
 
     Without a state the message is a request for one, or `why` is the reason why there is none.
     """

@@ -30,7 +30,7 @@ LONGEST = 20_000  # characters of a traceback that are sent, the last ones
 
 
 def kept(state: bytes) -> tuple[Tag, bytes]:
-    """Return the content of a checkpoint: the logical time before which everything is done, and the model's
+    """Return the content of a checkpoint: the logical time up to which the node has processed events, and the model's
     snapshot."""
     found = _KEPT.decode(state)
     return found[2], found[5]

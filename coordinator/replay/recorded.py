@@ -43,7 +43,7 @@ from heavylift.recordings.format.spellings import BEAM
 
 @dataclass(frozen=True)
 class RecordedModels:
-    """The models of a recorded run: the node of each model, couplings, the port that ends the run, and constructors.
+    """The models of a recorded run, with the node of each, their couplings, and the function that rebuilds them.
 
     `make(name, publish)` builds a new model; `publish` receives the sample batches of the kernel.
     """
@@ -173,5 +173,5 @@ class RecordedRun:
 
 
 def plain(e: RecordedEvent) -> Event:
-    """Return a recorded event with its value as plain data, without its message class."""
+    """Return a recorded event with its value encoded as plain data, so that its message class is not needed."""
     return Event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(e.value))

@@ -94,7 +94,8 @@ class SteppableRun:
         return self._row.tolist(), {**self.peaks}, self.events, self.event
 
     def repeat(self, given: Sequence[tuple[str, Any, str]], seen: Sequence[Any]) -> None:
-        """Repeat the steps and settings of another run, and restore its present values `seen`."""
+        """Bring the run to the state of another one: repeat its steps and settings, then restore its output values
+        `seen`."""
         for what, value, name in given:
             if what == "go":
                 self._advance(value)
