@@ -249,7 +249,7 @@ def test_a_full_disk_is_reported_in_one_sentence(begin: Begin, tmp_path: Path) -
     )
 
 
-def test_events_on_undeclared_ports_and_topics_declared_twice_are_refused_by_the_recorder(
+def test_the_recorder_refuses_events_on_undeclared_ports_and_topics_declared_twice(
     begin: Begin, batch: Batch, tmp_path: Path
 ) -> None:
     rec = begin()
