@@ -23,8 +23,7 @@ _importing = _Importing()
 
 
 def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
-    """Split a reference to a model into module or file, name, positional and keyword arguments; raises ModelError if
-    the reference cannot be parsed."""
+    """Split a reference to a model into module or file, name and arguments; raises ModelError if that is impossible."""
     where = reference.partition("(")[0].rpartition(":")[0]
     if any("\ud800" <= c <= "\udfff" for c in reference):
         raise ModelError(f"{reference!r} does not refer to a model: the file name is not valid UTF-8; rename the file")

@@ -43,8 +43,9 @@ def dynamics_required(plan: Plan) -> tuple[float, str] | None:
 
 
 def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, float]]:
-    """Return the actions that lift a block off or set it down, as (number from 1, speed [m/s]). `block`: name of the
-    block, or "" for all blocks."""
+    """Return the actions that lift a block off or set it down, as (number from 1, speed [m/s]).
+
+    `block`: name of the block, or "" for all blocks."""
     lifts, found = quantity == "lift-off speed", list[tuple[int, float]]()
     of = [(m.name, cargo.body) for m in plan.machines for cargo in m.cargo if cargo.body == block or not block]
     models = {name for names in of for name in names}
@@ -59,8 +60,7 @@ def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, floa
 
 
 def hoisting_factors(plan: Plan) -> list[str]:
-    """Return, as text for each hoisting class, the factor that EN 13001-2 requires at the highest lift-off speed of the
-    plan."""
+    """Return, as text for each hoisting class, the factor by EN 13001-2 for the highest lift-off speed of the plan."""
     speeds = [speed for _, speed in touching(plan, "lift-off speed")]
     if not speeds:
         return []

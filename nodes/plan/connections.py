@@ -50,7 +50,7 @@ def holders(machines: Sequence[Mechanism], body: str, hooked: Mapping[str, str])
 
 
 def lowering(machines: Sequence[Mechanism]) -> tuple[list[str], list[Drive]]:
-    """Return the drives, and the winch ropes other than hook ropes, that can lower the loads of machines."""
+    """Return the winch ropes (other than hook ropes) and the drives that can lower the loads of these machines."""
     hooks = {hook.rope for machine in machines for hook in machine.hooks}
     lowers = {x.name for m in machines for x in m.actuators if x.verb not in LEVEL} - hooks
     ropes = [rope.name for m in machines for rope in m.system.all_ropes if rope.name in lowers]
@@ -58,8 +58,7 @@ def lowering(machines: Sequence[Mechanism]) -> tuple[list[str], list[Drive]]:
 
 
 def carried_hooks(machine: Mechanism, body: str) -> list[Hoist]:
-    """Return, sorted by rope, the hooks whose ropes hang from a body or from the bodies that this body carries by
-    joints."""
+    """Return, sorted by rope, the hooks whose ropes hang from a body or from bodies that this body carries."""
     own = (hook for hook in machine.hooks if body in (hook.on, *(joint.parent for joint in beneath(machine, hook.on))))
     return sorted(own, key=lambda hook: hook.rope)
 

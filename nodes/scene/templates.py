@@ -80,8 +80,9 @@ actions:
 
 
 def new_scene(name: str, like: str) -> str:
-    """Return the text of a new scene: a copy of a bundled scene under the new name. The name of its recording follows
-    from that name."""
+    """Return the text of a new scene, which is a copy of a bundled scene under a new name.
+
+    The name of its recording follows from the new name."""
     path = scene_file(like)
     text = re.sub(r"^name: \S+", lambda _: f"name: {name}", scene_text(path, like), count=1, flags=re.M)
     text = re.sub(r"^project:.*", PROJECT, text, flags=re.M)  # it names the other lift
@@ -89,8 +90,9 @@ def new_scene(name: str, like: str) -> str:
 
 
 def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
-    """Return the texts of new scenes by name, in which a crane lifts a block from a table (`blocks.csv#B17`). There is
-    one scene for the named row, or one for each row of the table."""
+    """Return the texts of new scenes by name, in which a crane lifts a block from a table (`blocks.csv#B17`).
+
+    There is one scene for the named row, or one for each row of the table."""
     file, _, row = blocks.partition("#")
     rows = [row] if row else row_names(Path(), file)
     names = [name] if len(rows) == 1 else [f"{name}-{row}" for row in rows]

@@ -67,9 +67,9 @@ class Coefficients:
     depth: float = inf
 
     def about(self, *points: Sequence[float]) -> "Coefficients":
-        """Return the coefficients about points of the waterline, transformed from those about the given points. The
-        given points are one for each hull, and the waterline's are above or below them. Phases of loads, given at the
-        origin of the file, become those there."""
+        """Return the coefficients about the points of the waterline above or below the given points, one for each hull.
+
+        The coefficients refer to the given points, the phases of the loads to the origin of the file, before this."""
         T, X = np.eye(6 * len(points)), self.X.copy()  # velocities there, of those on the waterline
         k = np.array([wave_number(w, self.gravity, self.depth if isfinite(self.depth) else None) for w in self.w])
         for i, (x, y, z) in enumerate(points):
@@ -81,8 +81,7 @@ class Coefficients:
 
 
 def capytaine(path: Path) -> Coefficients:
-    """Return the coefficients of a hull, or of two, in a netCDF file of Capytaine; raises SceneError if it is not
-    one."""
+    """Return the coefficients of one hull or two in a netCDF file of Capytaine; raises SceneError for other files."""
     data = _netcdf(path)
     if missing := [name for name in NEEDED if name not in data]:
         raise SceneError(f"{path}: it has no '{missing[0]}'; let Capytaine export radiation, diffraction, hydrostatics")

@@ -32,8 +32,9 @@ def nemoh_files(case: Path) -> list[Path]:
 
 
 def nemoh(case: Path) -> Coefficients:
-    """Return the coefficients of the single body of a NEMOH case, given the path of its Nemoh.cal; raises SceneError if
-    a file is missing or invalid."""
+    """Return the coefficients of a NEMOH case with a single body, given the path of its Nemoh.cal.
+
+    Raises SceneError if a file is missing or invalid."""
     cal, radiation, excitation, infinite, stiffness, bodies = nemoh_files(case)
     rows = [x.split("!")[0].split() for x in _text(cal).splitlines()]
     try:

@@ -49,8 +49,7 @@ class MicrostepLimit:
         self._t = -1
 
     def watch(self, tag: Instant, paths: Iterable[str]) -> None:
-        """Record the atomic models that have a transition at a late microstep; raises ModelError at the limit of
-        microsteps."""
+        """Record the atomic models with a transition at this microstep; raises ModelError at the microstep limit."""
         t, k = tag
         if t != self._t:
             self._t, self._seen = t, set()
@@ -63,8 +62,7 @@ class MicrostepLimit:
 
 
 def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:
-    """Raise a ModelError of one line for an exception in a function of a model; exceptions that end the program are
-    raised again."""
+    """Raise a ModelError for an exception in a model's function; an exception that ends the program stays as it is."""
     ends = not isinstance(error, Exception) and type(error).__module__.startswith("heavylift.")
     if ends or isinstance(error, KeyboardInterrupt):
         raise error
@@ -85,8 +83,9 @@ the bytes of those attributes that can be changed in place."""
 
 
 class Witness:
-    """Checks that output functions leave the states of atomic models unchanged. It checks the models in `new`, and all
-    models when the countdown `left` is negative."""
+    """Checks that output functions leave the states of atomic models unchanged.
+
+    It checks models of classes that are `new` and, when the countdown `left` is negative, all models."""
 
     def __init__(self, candidates: bool = True) -> None:
         self.looks = candidates
@@ -186,8 +185,7 @@ def _changeable(state: dict[str, object]) -> dict[str, bytes]:
 
 
 def image(x: object) -> bytes:
-    """Serialise a value for comparisons within this process; b"" if that is impossible. Models and ports are stored as
-    references."""
+    """Serialise a value to compare states within this process, with references to models; b"" if impossible."""
     file = io.BytesIO()
     try:
         _Pickler(file, 5).dump(x)

@@ -69,8 +69,9 @@ class ObservedState:
 
 
 class OrderRejected(ModelError):
-    """Raised for an order that cannot be carried out. `by`: numbers (action, order) of the order that conflicts with
-    it, if any."""
+    """Raised for an order that cannot be carried out.
+
+    `by`: numbers (action, order) of the order that conflicts with it, if any."""
 
     def __init__(self, sentence: str, by: tuple[int, ...] = ()) -> None:
         super().__init__(sentence)

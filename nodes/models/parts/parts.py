@@ -76,8 +76,7 @@ class Actor(Part):
 
 
 class LawModel(Actor):
-    """An actor that takes no orders, such as weight, a damper or an end stop. A joint without force laws has one that
-    declares none."""
+    """An actor that takes no orders, such as weight, a damper or an end stop; it may declare no force law at all."""
 
 
 class LiveActor(Actor):
@@ -132,8 +131,7 @@ class LiveActor(Actor):
         self.schedule()
 
     def schedule(self) -> None:
-        """Schedule the actor's next output: at the next microstep if the outbox has messages, else at the time
-        `wake`."""
+        """Schedule the actor's next output: at the next microstep if the outbox has messages, else at time `wake`."""
         if self.outbox:
             self.hold_in(0)
         elif self.wake is not None:

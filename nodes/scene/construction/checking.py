@@ -49,7 +49,7 @@ class Checking:
         self.joints |= {joint.name: joint.kind for joint in lift.joints}
 
     def checked(self, path: Path, check: Callable[[Made], object], made: Made) -> None:
-        """Call `check` on `made`; a KernelError becomes an error of the scene at `path`."""
+        """Check a description `made` by calling `check`; a KernelError becomes an error of the scene at `path`."""
         try:
             check(made)
         except KernelError as error:

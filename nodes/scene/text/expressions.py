@@ -47,8 +47,9 @@ WORD = re.compile(r"[A-Za-z_]\w*(?:\s+[A-Za-z_]\w*)*(?:\.[xyz]\b)?")
 
 
 class ExpressionError(ValueError):
-    """Raised for an expression that cannot be parsed or computed. `column`: place of the error in the expression,
-    counted from 0."""
+    """Raised for an expression that cannot be parsed or computed.
+
+    `column`: place of the error in the expression, counted from 0."""
 
     def __init__(self, sentence: str, column: int = 0) -> None:
         super().__init__(sentence)

@@ -39,8 +39,9 @@ def _matrix(key: str, word: str, slide: Any, turn: Any) -> Spelling:
 
 
 class WindForceKeys(keys_of(f.Wind, word="wind", signal=history("speed", "gusts", u.Velocity, 0.0))):  # type: ignore[misc]
-    """Drag force of the wind on an area at a point of a body, or on the `sides` of a box. `gusts`: history of the wind
-    speed."""
+    """Drag force of the wind on an area at a point of a body, or on the `sides` of a box.
+
+    `gusts`: history of the wind speed."""
 
     area: u.Area = 0.0
 

@@ -85,8 +85,7 @@ class BodyKeys(Base):
 
 
 class LineKeys(keys_of(Line)):  # type: ignore[misc]
-    """A straight part of a rope; the length of the rope is the sum of the lengths of its parts, each multiplied by a
-    factor."""
+    """A straight part of a rope; the lengths of all parts, each times a factor, add up to the length of the rope."""
 
 
 class Winch(Base):
@@ -98,7 +97,7 @@ class Winch(Base):
 
 
 class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
-    """A point or sheave over which a rope runs. The sheave turns positively about its axis.
+    """A point or sheave over which a rope runs, around the sheave in the positive sense of its axis.
 
     If the rope slips, the ratio of tensions is exp(friction * wrap) / efficiency. The rope leaves a sheave with a
     radius when its wrap angle falls to zero, and can return to it.
@@ -157,8 +156,9 @@ class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
 
 
 class DriveKeys(keys_of(k.Drive, "wave", "waves")):  # type: ignore[misc]
-    """A drive of a joint, controlled by the action list. If it has a `verb`, orders with this verb to its machine move
-    the drive."""
+    """A drive of a joint, controlled by the action list.
+
+    If it has a `verb`, orders with this verb to its machine move the drive."""
 
     stiffness: u.AnyStiffness = 0.0  # servo: per displacement
     damping: u.AnyDamping = 0.0  # servo and speed: per velocity
