@@ -246,7 +246,7 @@ class FmuUnit:
 
     def __getstate__(self) -> tuple[object, ...]:
         if not self.keeps:
-            raise TypeError(f"{self.file.name} cannot save its state")
+            raise TypeError(f"{self.file.name} does not support saving its state")
         if self._fmu is not None and self._state is None:
             state = self._fmu.getFMUState()
             self._state = bytes(self._fmu.serializeFMUState(state))

@@ -275,7 +275,10 @@ def _steps(flow: Flow, x: State, tolerance: float, longest: float) -> Iterator[_
         factor = 0.9 * power(max(wrong, 1e-10), -0.2) if isfinite(wrong) else 0.1
         h = min(longest, h * min(5.0, max(0.1, factor)))
         if h < ALONE * max(1.0, t):
-            raise ModelError(f"the flow cannot be integrated from {x} at {t:g} s: it is stiff, jumps or is not finite")
+            raise ModelError(
+                f"the flow cannot be integrated from {x} at {t:g} s: it is stiff, jumps or is not finite; model jumps "
+                "as events of guards"
+            )
 
 
 def _flowing(flow: Flow, x: State) -> State:

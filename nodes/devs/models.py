@@ -188,7 +188,7 @@ class Atomic(Model):
         return None
 
     def confluent(self, x: Bag) -> None:
-        """Make the transition for inputs at the time of an internal transition: first `internal`, then `external`."""
+        """Make the transition for inputs at an internal transition; by default `internal`, then `external`."""
         self.internal()
         self.external(0, x)
 

@@ -54,7 +54,9 @@ def imported(where: str) -> ModuleType:
         raise ModelError(f"{where}: there is no such file") from error
     except ModuleNotFoundError as error:
         if error.name is not None and f"{where}.".startswith(f"{error.name}."):
-            raise ModelError(f"there is no module {where} in . or installed") from error
+            raise ModelError(
+                f"there is no module {where}, neither in this folder nor installed; check the name"
+            ) from error
         raise ModelError(f"{where} cannot be imported: {error}") from error
     except Exception as error:
         raise ModelError(f"{where} cannot be imported: {user_code.raised(error)}") from error

@@ -60,7 +60,8 @@ def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, floa
 
 
 def hoisting_factors(plan: Plan) -> list[str]:
-    """Return, as text for each hoisting class, the factor by EN 13001-2 for the highest lift-off speed of the plan."""
+    """Return, as text for each hoisting class, the hoisting factor of EN 13001-2 at the highest lift-off speed of the
+    plan."""
     speeds = [speed for _, speed in touching(plan, "lift-off speed")]
     if not speeds:
         return []

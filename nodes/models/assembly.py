@@ -203,7 +203,7 @@ def driving(plan: Plan) -> tuple[str, ...]:
 
 
 def goes_on(event: Event) -> bool:
-    """Return whether an event shows progress of the action list, as events of the commander do except set-points."""
+    """Return whether an event shows progress of the action list: it comes from the commander and is no set-point."""
     if event.source != COMMANDER:
         return False
     return event.type != m.Order.__name__ or not cast("m.Order", event.value).led
@@ -229,7 +229,7 @@ def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[T
         return UserModelNode(own)
     if machine is None:
         known = ", ".join([COMMANDER, *machines(plan)])
-        raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
+        raise ModelError(f"there is no model {name} in {plan.name}; its models are {known}")
     model = MachineModel(as_modelled(plan, machine))
     if thresholds:
         model.take(ThresholdWatcher("gauge", thresholds))

@@ -161,7 +161,9 @@ def _port(own: UserModel, model: Model, name: str, kind: type, carries: type) ->
     direction or type."""
     port = model.ports.get(name)
     if port is None or not isinstance(port, kind) or port.type is not carries:
-        distance, file = "input" if kind is InPort else "output", own.model.rpartition("/")[2]
+        direction, file = "input" if kind is InPort else "output", own.model.rpartition("/")[2]
         known = ", ".join(p.name for p in model.ports.values() if isinstance(p, kind) and p.type is carries) or "none"
-        raise ModelError(f"{own.name}: {file} has no {distance} port '{name}' for a {carries.__name__}; it has {known}")
+        raise ModelError(
+            f"{own.name}: {file} has no {direction} port '{name}' for a {carries.__name__}; it has {known}"
+        )
     return port  # type: ignore[return-value]

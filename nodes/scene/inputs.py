@@ -143,7 +143,7 @@ def _of_lift(scene: LoadedScene, name: str) -> Iterator[UncertainInput]:
 
 
 def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
-    """Return a value with its 95 % uncertainty as text, or alone if the scene would not accept the uncertainty."""
+    """Return a value with its 95 % uncertainty as text; the uncertainty is omitted if the scene would reject it."""
     _, kind = _input(scene, _source(scene)[0], one.name)
     try:
         standard(Stated(value, "+-", half), kind)

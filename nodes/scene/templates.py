@@ -143,7 +143,9 @@ def _text(name: str, crane: str, table: str) -> str:
             length, share = max(SHORT, ceil(2.0 * STEEP * norm([INSIDE * u, INSIDE * v])) / 2.0), LEG
         hung = "rigging:\n", f"  legs-{{0}}: {{{{on: crane {{0}}, to: [{{1}}], length: {length:g} m, {{2}}}}}}"
     if any(abs(a) > u / 2 or abs(b) > v / 2 for each in lugs.values() for a, b in each):
-        raise SceneError(f"{table}: the hooks of {crane} are further apart than the block is long or wide")
+        raise SceneError(
+            f"{table}: the hooks of {crane} are further apart than the block is long or wide; choose another crane"
+        )
     named = {hook: {f"{hook}-{i}": place for i, place in enumerate(each, 1)} for hook, each in lugs.items()}
     top, pads = w / 2 + LUG, [(a * PADS * u, b * PADS * v) for a in (-1, 1) for b in (-1, 1)]
     gear, stands = _gear(mass, share, length), str(machine_type(crane).data.get("stands"))

@@ -106,7 +106,7 @@ def capytaine(path: Path) -> Coefficients:
     finite = np.isfinite(w) & (w > 0.0) & solved & np.isfinite(X).all(axis=(0, 2, 3))
     infinite = np.isinf(w) & solved
     if not infinite.any():
-        raise SceneError(f"{path}: it has no infinite frequency, whose added mass is needed; add it to 'omega'")
+        raise SceneError(f"{path}: the added mass at infinite frequency is missing; add it to 'omega'")
     order = np.argsort(w[finite])
     X = X[:, finite][:, order].swapaxes(1, 2)
     given = {"rho": DENSITY, "g": GRAVITY, "water_depth": inf}
@@ -184,9 +184,7 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
     if np.isnan(added[periods >= 0.0]).any():
         raise SceneError(f"{path.with_suffix('.1')}: it needs the same pairs of modes at each period")
     if 0.0 not in periods:
-        raise SceneError(
-            f"{path.with_suffix('.1')}: it has no infinite frequency, whose added mass is needed: period 0"
-        )
+        raise SceneError(f"{path.with_suffix('.1')}: the added mass at infinite frequency is missing; compute period 0")
     at, _, waves = _by(loads[:, 0])
     headings, of = np.unique(np.radians(loads[:, 1]), return_inverse=True)
     (mode,) = _modes(loads, path.with_suffix(".3"), m, 2)
@@ -223,7 +221,7 @@ def _described(path: Path) -> tuple[list[Still], list[tuple[float, float, float]
     turned = any(map(float, re.findall(r"PHIBODY\s*=" + number, text)))
     counts = {len(origins), *map(len, rows)}
     if counts not in ({1}, {2}) or turned:
-        raise SceneError(f"{path}: it needs volume, centres and places of one body, or of two with parallel axes")
+        raise SceneError(f"{path}: it must give volume, centres and position of one body, or of two with parallel axes")
     hulls = [
         Still(np.zeros(0), sorted(V)[1], g[2] + o[2], np.array([b[0], b[1], b[2] + o[2]]), (o[0], o[1]))
         for V, b, g, o in zip(*rows, origins, strict=True)
@@ -263,7 +261,7 @@ def _modes(table: np.ndarray, path: Path, m: int, *columns: int) -> list[np.ndar
     """Return columns of modes 1 to m as indices."""
     found = [table[:, k].astype(int) - 1 for k in columns]
     if any((x < 0).any() or (x >= m).any() for x in found):
-        raise SceneError(f"{path}: it has modes beyond the {m} of its hulls; two hulls need the file .out of WAMIT")
+        raise SceneError(f"{path}: it has more than {m} modes; for two hulls, add the file .out of WAMIT")
     return found
 
 

@@ -44,7 +44,7 @@ def nemoh(case: Path) -> Coefficients:
     except (IndexError, ValueError):
         raise SceneError(f"{cal}: it is not a Nemoh.cal of a body with six degrees of freedom") from None
     if count != 1 or len(points) != 1 or any((point := points.pop())[:2]):
-        raise SceneError(f"{cal}: one body is needed that turns about one point above or below the origin")
+        raise SceneError(f"{cal}: compute one body, with all rotations about one point above or below the origin")
     if away:
         raise SceneError(f"{cal}: its phases refer to XEFF, YEFF; compute them for the point 0, 0")
     if re.search(r"(?im)^\s*[^1\s][^!\n]*!\s*output freq", _text(cal)):

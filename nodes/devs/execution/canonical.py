@@ -42,7 +42,8 @@ def frozen(value: object, around: Sequence[object] = ()) -> bytes:
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise bytes made by `frozen` with the same objects `around`; TypeError or LookupError for other bytes."""
+    """Deserialise bytes of `frozen`, given the same objects `around`; raises TypeError or LookupError for other
+    bytes."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 

@@ -62,7 +62,7 @@ class MicrostepLimit:
 
 
 def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:
-    """Raise a ModelError for an exception in a model's function; an exception that ends the program stays as it is."""
+    """Raise a ModelError for an exception in a model's function; one that ends the program is raised unchanged."""
     ends = not isinstance(error, Exception) and type(error).__module__.startswith("heavylift.")
     if ends or isinstance(error, KeyboardInterrupt):
         raise error

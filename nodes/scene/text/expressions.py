@@ -90,7 +90,9 @@ def shown_as(value: Value) -> str | float:
     if value.exponents == PLAIN:
         return value.number
     if value.exponents not in _units():
-        raise ExpressionError(f"the result is in {_named(value.exponents)}, which is not a unit of scenes")
+        raise ExpressionError(
+            f"the result is in {_named(value.exponents)}, which is not a unit of scenes; check the expression"
+        )
     return f"{value.number!r} {_units()[value.exponents]}"
 
 

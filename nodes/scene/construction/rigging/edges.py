@@ -124,7 +124,7 @@ def height_of(
             raise ValueError(str(error)) from None
 
     if long(low) > length - slack:
-        raise ValueError(f"{length:g} m of rope with {slack:g} m of slack do not reach {what}")
+        raise ValueError(f"{length:g} m of rope with {slack:g} m of slack do not reach {what}; use a longer rope")
     high = low + length
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)

@@ -239,7 +239,9 @@ class HookKeys(Base):
         fit = [x for x in self.capacity_charts if x.boom >= boom]
         fit = [x for x in fit if (x.counterweight or 0.0) <= heavy and (x.outriggers or 0.0) <= wide]
         if not fit:
-            raise ValueError("there is no chart for this boom length, counterweight and base")
+            raise ValueError(
+                "there is no chart for this boom length, counterweight and base; choose others or add a chart"
+            )
         return min(fit, key=lambda x: (x.boom, -(x.counterweight or 0.0), -(x.outriggers or 0.0))).chart
 
 
