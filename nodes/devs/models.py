@@ -262,7 +262,8 @@ class Coupled(Model):
         return super().add_in(name, type)
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
-        """Add an output port to the coupled model and return it; its lookahead is that of the atomics that feed it."""
+        """Add an output port to the coupled model and return it; the atomic models that feed it determine its
+        lookahead."""
         self._reachable("add_out")
         if lookahead:
             raise ModelError(f"{self.path}: port {name}: declare the lookahead on the atomic that sends")

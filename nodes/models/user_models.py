@@ -88,7 +88,7 @@ class SetPointDelay(Atomic):
         self.point: SetPoint | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Store the next set-point, unless it is one of those to be skipped, and wait for the delay."""
+        """Store a set-point that is passed on, and wait for the delay before sending it; skip the others."""
         for point in x[self.into]:
             if self.heard % self.of == self.number:
                 if self.point is not None:

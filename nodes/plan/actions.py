@@ -79,7 +79,7 @@ class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
 
 
 class BegunCondition(Term, frozen=True, kw_only=True, tag="begun"):
-    """Condition: the action list of the whole scene has begun the list of this lift."""
+    """Condition: an action of the whole scene has begun the action list of this lift."""
 
     lift: str
 

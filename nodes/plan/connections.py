@@ -17,7 +17,7 @@ def frames_on_hooks(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
 
 
 def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
-    """Yield the slings below a hook, including those on frames and bodies connected to it."""
+    """Yield the slings below a hook, including the slings on frames and bodies connected to the hook."""
     joined, before, ties = {hook.eye.body}, 0, [tie for machine in machines for tie in machine.ties]
     loads = {cargo.body for machine in machines for cargo in machine.cargo}
     pairs = [{j.parent, j.child} for m in machines for j in m.system.joints if WORLD not in (j.parent, j.child)]

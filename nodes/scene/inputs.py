@@ -82,8 +82,7 @@ class Input:
 
 @dataclass(frozen=True)
 class UncertainInput(Input):
-    """An input with its standard uncertainty in SI units; its distribution `kind` is normal or uniform. A uniform one
-    lies between value -+ sqrt(3) standard uncertainties."""
+    """An input with its standard uncertainty in SI units and the `kind` of its distribution: normal or uniform."""
 
     kind: Kind = "normal"
     sd: float = 0.0
@@ -115,8 +114,7 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
 
 
 def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
-    """Return all uncertain inputs of a scene, stated in the scene or in `given` (such as `block.mass +- 3 %`); raises
-    SceneError for an invalid statement."""
+    """Return the uncertain inputs stated in a scene or in `given` (`block.mass +- 3 %`); SceneError if invalid."""
     source, stated = _source(scene)
     found = {x.path: x for name in scene.scene.lifts for x in _of_lift(scene, name)}
     found |= {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}

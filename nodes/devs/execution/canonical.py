@@ -42,8 +42,7 @@ def frozen(value: object, around: Sequence[object] = ()) -> bytes:
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise bytes of `frozen`, given the same objects `around`; raises TypeError or LookupError for other
-    bytes."""
+    """Deserialise bytes of `frozen` with the same objects `around`; raises TypeError or LookupError for other bytes."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 

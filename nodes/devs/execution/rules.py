@@ -35,8 +35,7 @@ TAIL = 32  # microsteps before the limit whose models are named as the loop
 
 
 class MicrostepLimit:
-    """Detector of zero-time loops: from microstep `start` on it records the atomic models that have transitions, and at
-    the limit it raises an error that names them."""
+    """Detects zero-time loops: at the limit of microsteps, an error names the models in the loop."""
 
     def __init__(self, microsteps: int) -> None:
         """Set the limit; raises ModelError unless `microsteps` is an int between 1 and 2**31 - 1."""
@@ -219,8 +218,8 @@ def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
 
 
 def thawed(snapshot: bytes, former: Sequence[Model]) -> tuple[list[Model], Instant, Staged]:
-    """Return the model trees of a snapshot, the logical time of their last transition and their undelivered inputs.
-    `former`: the trees that they replace."""
+    """Return the model trees of a snapshot, their last logical time and undelivered inputs; `former`: trees
+    replaced."""
     try:
         parts = msgspec.msgpack.decode(snapshot, type=list[bytes])
         found: list[Any] = [canonical.thawed(part, _around(m)) for part, m in zip(parts, former, strict=True)]

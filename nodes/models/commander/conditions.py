@@ -23,8 +23,7 @@ OFF = "unhooked"
 
 @dataclass
 class ObservedState:
-    """State of the lift as known from reports: ropes (taut, slack, unhooked), bodies with their closed supports, and
-    thresholds."""
+    """State of the lift known from reports: of ropes (taut, slack, unhooked), supports of bodies, and thresholds."""
 
     ropes: dict[str, str] = field(default_factory=dict)
     bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)  # bodies with supports, by model

@@ -177,7 +177,7 @@ def share(outer: Coupled, child: Model) -> None:
 
 
 class Group(Coupled):
-    """A coupled model with the four ports of `LiveActor`, connected to all such actors in it."""
+    """A coupled model with the four ports of `LiveActor`, which are connected to all live actors in it."""
 
     order = In(Order)
     state = In(StateEvent)
@@ -185,7 +185,7 @@ class Group(Coupled):
     report = Out(Report)
 
     def take(self, child: Child) -> Child:
-        """Add a child to the group, and connect those of the group's four ports that the child has."""
+        """Add a child to the group, and connect its ports with the group's ports of the same names."""
         self.add(child)
         share(self, child)
         return child

@@ -167,8 +167,7 @@ def angle_of(joint: str) -> str:
 
 
 def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Follow | str:
-    """Return the law by which a winch keeps its hook at the same height while the boom luffs. If this is impossible,
-    return a sentence with the reason."""
+    """Return the law by which a winch keeps its hook at one height while the boom luffs, or why it cannot."""
     own = next(m for m in mechanisms if m.name == move.model)
     luffs = next(d.joint for d in own.system.drives if d.name == move.actuator)
     boom, actuator = _boom(own, rope), next(a for a in own.actuators if a.name == move.actuator)

@@ -95,8 +95,7 @@ class Block(Base):
 
 
 class FrameKeys(Base):
-    """A frame on a hook, such as a lifting beam on a hinge below the hook block, with its slings. All keys other than
-    these are parameters of its type."""
+    """A frame on a hook, such as a lifting beam, with its slings; all other keys are parameters of its type."""
 
     type: str = BEAM_TYPE  # a bundled one, or a file of yours
     hook: str  # "west H1"

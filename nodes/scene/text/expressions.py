@@ -97,7 +97,8 @@ def shown_as(value: Value) -> str | float:
 
 
 def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
-    """Return the value of an expression, given without its `=`; raises ExpressionError for an invalid expression.
+    """Return the value of an expression, given without its `=`; raises ExpressionError if it is invalid.
+
     `lookup`: function that returns the values of parameters."""
     if len(text) > LONGEST:
         raise ExpressionError(f"an expression has at most {LONGEST} characters, this one has {len(text)}")

@@ -94,7 +94,7 @@ class SourceText:
         return next(((*self.given[path[:n]], *path[n:]) for n in tops), path)
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
-        """Return the place in the text of the value at a path, or that of its nearest parent that the text contains."""
+        """Return the place in the text of the value at a path, or else of its nearest parent with a place."""
         path = self.written(path)
         while path:
             found = (self.keys.get(path) if on_key else None) or self.values.get(path)

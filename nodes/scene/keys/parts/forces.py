@@ -57,8 +57,7 @@ class BushingKeys(keys_of(f.Bushing, word="bushing", **MATRICES)):  # type: igno
 
 
 class CharacteristicKeys(keys_of(f.Characteristic, word="characteristic", x=_column(0), effort=_column(1), of=OVER)):  # type: ignore[misc]
-    """An actuator characteristic: effort on a joint over position or speed, given as a `curve` of points. The effort is
-    multiplied by `factor` or `history`."""
+    """An actuator characteristic: effort on a joint as `curve` over position or speed, times `factor` or `history`."""
 
 
 class LawKeys(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]

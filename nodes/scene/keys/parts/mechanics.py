@@ -262,8 +262,7 @@ class LoadCellKeys(Base):
 
 
 class ModelFile(Base):
-    """A file in URDF or MJCF from which the parts of a machine are read. `lacks`: features of the file that were not
-    converted (written by heavylift)."""
+    """A URDF or MJCF file with the parts of a machine; `lacks` (written by heavylift): features not converted."""
 
     file: str
     lacks: list[str] = Field(default_factory=list)
