@@ -95,8 +95,10 @@ class SupportAt:
 
 @dataclass(frozen=True)
 class SupportLaw(ForceLaw[Support]):
-    """Force law of a support; arguments as in `Setting`. Its guards are the normal force of a closed contact and the
-    reserve of friction."""
+    """Force law of a support; guards: normal force of a closed contact, reserve of friction.
+
+    Arguments as in `Setting`.
+    """
 
     clamped: bool = True
     at_rest: bool = False
@@ -191,7 +193,7 @@ class StopAt:
 
 @dataclass(frozen=True)
 class StopLaw(ForceLaw[Stop]):
-    """Force law of end stops: one-sided spring-dampers beyond both limits of a joint coordinate; `clamped` as in
+    """Force law of end stops: one-sided spring-dampers beyond both limits of a coordinate; `clamped` as in
     `Setting`."""
 
     clamped: bool = True
@@ -234,8 +236,7 @@ class BrakeAt:
 
 @dataclass(frozen=True)
 class BrakeLaw(ForceLaw[Brake]):
-    """Force law of a brake with dry friction; `start`: initial value of its joint coordinate; `at_rest` as in
-    `Setting`."""
+    """Force law of a brake with dry friction; `start`: initial joint coordinate; `at_rest` as in `Setting`."""
 
     start: float = 0.0
     at_rest: bool = False

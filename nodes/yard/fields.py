@@ -19,7 +19,7 @@ from heavylift.nodes.queueing.distributions import (
     Uniform,
 )
 from heavylift.nodes.scene.text.spelling import NUMBER
-from heavylift.nodes.scene.text.units import LENGTH, TIME
+from heavylift.nodes.scene.text.units import TIME
 
 from .calendars import DAY, MINUTE, WEEK, Shift
 
@@ -175,13 +175,6 @@ def at(start: date, t: float) -> datetime:
 def words(data: object) -> list[str]:
     """Return a word, or a list of words, as a list of words."""
     return [] if data is None else [str(x) for x in (data if isinstance(data, list) else [data])]
-
-
-def height(text: object) -> float:
-    """Read the significant wave height [m] up to which a step is allowed."""
-    if not (found := LENGTH.read(str(text))) > 0.0:
-        raise ValueError(f"'{text}' is not a valid wave limit: write a height above 0, such as 1 m")
-    return found
 
 
 def units(value: object) -> int:

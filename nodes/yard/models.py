@@ -14,7 +14,8 @@ from heavylift.nodes.queueing.distributions import Fixed
 from .dispatching import ActivityEnd, ActivityStart, Dispatcher, UnitsInUse, YardSchedule
 from .lifts import Lift, LiftOrder
 from .network import Activity, Yard, ranks, successors
-from .weather import Weather, WindChange
+from .waves import WaveLimit
+from .weather import SeaWeather, Weather, WindChange
 
 CarryOut = Callable[[LiftOrder, float], Lift]  # simulates a lift in a wind [m/s]
 
@@ -152,7 +153,7 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
         )
     )
     if of.sea and seas:
-        sea = root.add(Weather("sea", of.sea, seas, seed))
+        sea = root.add(SeaWeather("sea", of.sea, seas, seed))
         root.connect(sea.wind, dispatcher.sea)
         root.connect(dispatcher.over, sea.over)
     weather = root.add(Weather("weather", of.wind, limits, seed)) if of.wind and limits else None
@@ -198,7 +199,7 @@ def thresholds(yard: Yard) -> tuple[float, ...]:
     return tuple(sorted(found))
 
 
-def operational(yard: Yard) -> tuple[float, ...]:
-    """Return the operational wave height limits [m] of all activities: each limit times each alpha factor."""
+def operational(yard: Yard) -> tuple[WaveLimit, ...]:
+    """Return the operational wave limits of all activities: each limit times each alpha factor."""
     factors = [x for _, x in yard.weather.alpha] or [1.0]
-    return tuple(sorted({one.sea * x for one in yard.activities if one.sea < inf for x in factors}))
+    return tuple(sorted({one.sea.times(x) for one in yard.activities if one.sea for x in factors}))

@@ -16,7 +16,7 @@ from operator import itemgetter
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.events import FOREVER, NEVER, Event, Instant, Tag, after, beyond
-from heavylift.nodes.devs.messages import Message, decode, encode
+from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model, Present
 from heavylift.nodes.devs.ports import Arrived, InPort, OutPort, Port
 
@@ -74,7 +74,7 @@ def spoken(
     (t, k), found, last, i = tag, [], ("", ""), 0
     for name, out, _, value in left:
         i = i + 1 if (name, out) == last else 0
-        found.append(Event(t, k, name, out, i, type(value).__name__, encode(value)))
+        found.append(Event.of(t, k, name, out, i, value))
         last = name, out
     return found
 
@@ -96,7 +96,7 @@ def entry(model: Model, name: str) -> InPort[Message]:
 
 
 def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
-    """Return the input port at which an event from another node enters, and the decoded message for all receivers.
+    """Return the input port at which an event from another node enters, and its message, shared by all receivers.
 
     Raises ModelError if no port here is coupled to the event's source."""
     if (event.source, event.port) not in entries:
@@ -104,8 +104,8 @@ def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
     start, targets = entries[event.source, event.port]
     target = targets[0]
     try:
-        # decoded once: messages are immutable, so that receivers may share one
-        value = decode(event.type, event.payload)
+        # taken once: messages are immutable, so that receivers may share one
+        value = event.value
         for target in targets:
             fitting(target, value)
     except ModelError as error:
