@@ -45,7 +45,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Held:
-    """Stability of a co-simulation of two bodies whose solvers hold the coupling force constant for `h` [s]."""
+    """Numerical damping of two coupled bodies, each with its own solver, that exchange the coupling force every `h`
+    [s]."""
 
     pair: str
     omega: float

@@ -54,7 +54,7 @@ class Identifiable:
 
 @dataclass(frozen=True)
 class InputEstimates:
-    """Estimated values and standard uncertainties of inputs, by their number.
+    """Estimated values and standard uncertainties of the inputs of a scene, by index in the list of inputs.
 
     `unknown`: reasons why other inputs cannot be identified; `at`: clock offset.
     """
@@ -68,8 +68,11 @@ class InputEstimates:
 def estimate(
     simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Input], message: Identifiable, at: Alignment
 ) -> InputEstimates:
-    """Fit those inputs of a scene that the measured data determine; `simulate` returns the channels for given input
-    values (m,)."""
+    """Estimate inputs of a scene by least squares from measured data; inputs that the data do not determine get the
+    reason.
+
+    `simulate` returns the channels for given input values (m,).
+    """
     m, known = len(inputs), dict[bytes, Sequence[Curve]]()
     unknowns = [(p.value, p.scale, *p.bounds, STEP) for p in inputs]
     unknowns += [(0.0, float(np.median(np.diff(message.t))), -np.inf, np.inf, OFFSET_STEP)] * at.estimated

@@ -81,7 +81,8 @@ class LogSignals:
 
 
 def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: float) -> LogSignals:
-    """Read a measured log and assign its columns to signals by a map; raises HeavyliftError for a fault in either."""
+    """Read a measured log and assign its columns to signals by map files; raises HeavyliftError for a fault in
+    either."""
     log, t = read_log(path), None
     channels, lines = list[LogChannel](), dict[str, str]()
     for source in map(_source, maps):

@@ -96,8 +96,10 @@ class SupportAt:
 
 @dataclass(frozen=True)
 class SupportLaw(ForceLaw[Support]):
-    """Force law of a support; arguments as in `Setting`. Its guards are the normal force of a closed contact and the
-    reserve of friction."""
+    """Force law of a support; guards: normal force of a closed contact, reserve of friction.
+
+    Arguments as in `Setting`.
+    """
 
     clamped: bool = True
     at_rest: bool = False
@@ -210,7 +212,7 @@ class StopAt:
 
 @dataclass(frozen=True)
 class StopLaw(ForceLaw[Stop]):
-    """Force law of end stops: one-sided spring-dampers beyond both limits of a joint coordinate; `clamped` as in
+    """Force law of end stops: one-sided spring-dampers beyond both limits of a coordinate; `clamped` as in
     `Setting`."""
 
     clamped: bool = True
@@ -253,8 +255,7 @@ class BrakeAt:
 
 @dataclass(frozen=True)
 class BrakeLaw(ForceLaw[Brake]):
-    """Force law of a brake with dry friction; `start`: initial value of its joint coordinate; `at_rest` as in
-    `Setting`."""
+    """Force law of a brake with dry friction; `start`: initial joint coordinate; `at_rest` as in `Setting`."""
 
     start: float = 0.0
     at_rest: bool = False

@@ -64,7 +64,7 @@ def test_processes_auto_tries_no_more_processes_than_the_scene_has_models(on):
     assert machine.tried == [1, 2, 3]
 
 
-def test_models_that_send_nothing_during_the_trial_run_get_one_process_per_core(on):
+def test_a_run_whose_models_send_nothing_during_the_trial_gets_one_process_per_core(on):
     machine = on(Machine({}))
 
     def silent(count: int, watch: RunObserver) -> None:
@@ -75,7 +75,7 @@ def test_models_that_send_nothing_during_the_trial_run_get_one_process_per_core(
     assert process_count.paying(silent, 8, most=4) == (4, "its models work for 1 s before anything is said")
 
 
-def test_processes_auto_ignores_a_failing_trial_run_whose_error_the_recorded_run_reports(on):
+def test_processes_auto_ignores_a_failed_trial_run_since_the_recorded_run_reports_the_error(on):
     on(Machine({}))
 
     def failing(count: int, watch: RunObserver) -> None:

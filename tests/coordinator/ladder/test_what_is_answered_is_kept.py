@@ -77,7 +77,7 @@ def answered(draw: Draw, seed: int, accuracy: float) -> tuple[Answer, float]:
 @pytest.mark.parametrize(
     "named", [{}, {"girder": "rigid"}, {"ropes": "rigid", "slings": "rigid"}, {"rope_mass": "none"}]
 )
-def test_the_levels_with_which_a_model_level_is_compared_include_every_effect_it_omits(
+def test_a_model_level_is_compared_with_levels_that_include_every_effect_it_omits(
     scene: str, named: dict[str, str]
 ) -> None:
     plan = load(scene).plan

@@ -92,7 +92,7 @@ SHARED = {"log": "beyond.LOG", "tally": "beyond.count", "classwide": "beyond.Tic
 
 
 @pytest.mark.parametrize("act", SHARED)
-def test_global_variables_that_change_are_reported_with_the_models_that_use_them(
+def test_global_variables_that_change_during_a_run_are_reported_with_the_models_that_use_them(
     act: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     message = (
@@ -120,7 +120,7 @@ def test_models_in_different_processes_may_read_the_same_global_constants(where:
 
 @pytest.mark.filterwarnings("ignore:.*may iterate over a set")
 @pytest.mark.parametrize(("what", "builds"), [("data", 1), ("settings", 3), ("words", 3), ("frozen", 3), ("fixed", 1)])
-def test_children_of_one_model_share_no_objects_in_one_process_or_in_several(
+def test_child_models_share_no_objects_whether_they_run_in_one_process_or_in_several(
     what: str, builds: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = list[str]()

@@ -114,7 +114,7 @@ def test_messages_after_the_time_of_a_finish_event_are_not_delivered() -> None:
     assert log["b"] == [(5, 0, "e", [1]), (5, 1, "e", [2])]
 
 
-def test_repeated_grants_are_answered_with_the_stored_done_and_a_done_counts_once() -> None:
+def test_repeated_grants_are_answered_with_the_stored_done_message_which_counts_once() -> None:
     timer = Timer("a", 5)
     node = Node("a", Simulator(timer))
     core = Coordinator("a", [])
@@ -168,7 +168,9 @@ def test_delaying_outputs_by_a_microstep_would_miss_the_confluent_transition() -
     assert log["b"] == [(5, 0, "c", [1])] != [(5, 0, "i", []), (5, 1, "e", [1])]
 
 
-def test_granting_up_to_next_event_plus_lookahead_would_allow_late_messages(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_granting_time_up_to_the_next_event_plus_lookahead_would_let_messages_arrive_late(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Two nodes, one message: a is due at 5 since the start, and its lookahead of 10 says nothing of that."""
 
     def window_of_b() -> Tag:

@@ -235,7 +235,7 @@ def test_a_hook_rope_bends_over_a_sill_and_leaves_it() -> None:
     assert ends[3].poses["hall.main"][0] == pytest.approx((0.0, 8.0, 20.0 - long), abs=1e-6), "free again"
 
 
-def test_a_hook_rope_over_an_edge_is_modelled_as_one_line() -> None:
+def test_a_hook_rope_over_an_edge_with_keys_for_several_lines_is_refused() -> None:
     with pytest.raises(SceneError, match="a hook rope over edges is one line: remove 'drum' and 'apart'"):
         parse(SILL.replace("apart: 0 m, ", ""), passing=True)
 
