@@ -151,7 +151,8 @@ class Support:
     """A point of a body that a pad at `height`, fixed in the world or on a body, can push up and hold by friction.
 
     N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N. `on`: the
-    body in whose frame the height counts and whose z the pad pushes along; "": the world.
+    body in whose frame the height counts and whose z the pad pushes along; "": the world. `size`: of the pad along the
+    x and y of that frame, about its origin, beside which it exerts no force; None: it has no ends.
     """
 
     name: str
@@ -163,6 +164,7 @@ class Support:
     kt: u.Stiffness = 0.0
     dt: u.Damping = 0.0
     on: str = ""
+    size: tuple[u.Extent, u.Extent] | None = None
 
     along = None
 

@@ -124,6 +124,14 @@ def _height_over(x: FormulaContext) -> Any:
     return _dot([a - b for a, b in zip(p, o, strict=True)], [a - b for a, b in zip(tip, o, strict=True)])
 
 
+def _overhang(x: FormulaContext) -> Any:
+    p, o, *tips = x.places
+    u, v, w = (
+        _dot([a - b for a, b in zip(p, o, strict=True)], [a - b for a, b in zip(t, o, strict=True)]) for t in tips
+    )
+    return maximum(minimum(-w, maximum(abs(u) - x.numbers[0], abs(v) - x.numbers[1])), 0.0)
+
+
 def _span(x: FormulaContext) -> Any:
     """Return the length of the vector sum of a rope's lines, weighted by their shares."""
     (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
@@ -209,6 +217,7 @@ ROWS: dict[str, QuantityFormula] = {
     "height": QuantityFormula(lambda x: x.places[0][2], ("point",)),
     "height difference": QuantityFormula(lambda x: x.places[0][2] - x.places[1][2], ("point", "origin")),
     "height over": QuantityFormula(_height_over, ("point", "origin")),
+    "overhang": QuantityFormula(_overhang, ("point", "origin")),
     "radius": QuantityFormula(_radius, ("point", "origin")),
     "gap": QuantityFormula(_gap, ("point", "origin")),
     "tension": QuantityFormula(_sum, ("rope",)),
@@ -246,7 +255,7 @@ LINED = (  # quantities of the lines of ropes
     "swing along", "swing across", *LEADS, "off-lead", "slope", "vertical load", "pull", "reserve", *SIDES,
 )  # fmt: skip
 OF_GROUPS = {**ON_BASES, **ABOUT_JOINTS}  # of all bodies that a base or joint carries
-COUNTS = {"gap": 6, "load": 2, "vertical load": 1, "pull": 2, "reserve": 3}  # numbers it has
+COUNTS = {"gap": 6, "overhang": 2, "load": 2, "vertical load": 1, "pull": 2, "reserve": 3}  # numbers it has
 COUNTS |= {"place along": 1, "place across": 1, **OF_GROUPS}
 
 
@@ -265,8 +274,8 @@ def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
     given = [p for p in (h.point, h.origin)[: _places(h)] if p is not None]
     if h.quantity == "gap":
         return tuple(moved_point(p, d) for p in given for d in TIPS)
-    if h.quantity == "height over":
-        given.append(moved_point(given[1], TIPS[3]))
+    tips = {"height over": TIPS[3:], "overhang": TIPS[1:]}.get(h.quantity, ())
+    given += [moved_point(given[1], tip) for tip in tips]
     return tuple(given)
 
 
