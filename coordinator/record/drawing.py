@@ -101,8 +101,7 @@ def _solid(body: Body) -> Iterator[DrawnBox]:
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Return edges [m] and rotation of the homogeneous box with a body's mass and inertia; an edge is 0 for a plate or
-    rod."""
+    """Return edges [m] and rotation of the homogeneous box with a body's mass and inertia; edges may be 0."""
     inertia = np.array(body.inertia)
     if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-9 * float(np.abs(inertia).max())):
         principal, axes = np.diag(inertia), np.eye(3)
