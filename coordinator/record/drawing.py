@@ -158,8 +158,7 @@ def boxes(plan: Plan) -> list[DrawnBox]:
 
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
-    """Return centre and radius [m] of the sphere that contains a plan's machines at the start, for the first 3D
-    view."""
+    """Return centre and radius [m] of the sphere that the 3D view of a plan shows first."""
     if cranes := _on_rails(plan):
         n, r = len(cranes), sum(c.main.com[1] for c in cranes) / len(cranes)
         x, y = sum(c.at[0] + c.gantry.start for c in cranes) / n, r + sum(c.at[1] for c in cranes) / n
