@@ -22,6 +22,7 @@ from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import SPACES, printable
 from heavylift.nodes.devs import Event, Message
+from heavylift.nodes.devs.events import in_bytes
 from heavylift.nodes.models.parts import messages
 from heavylift.recordings.format.text import LISTED
 
@@ -38,7 +39,7 @@ class RunEnded(msgspec.Struct, frozen=True):
     reason: str = ""
 
 
-_ENCODER = msgspec.msgpack.Encoder()
+_ENCODER = msgspec.msgpack.Encoder(enc_hook=in_bytes)
 _EVENT, _ENDED = msgspec.msgpack.Decoder(Event), msgspec.msgpack.Decoder(RunEnded)
 ARRAY = 0x90  # the first half-byte of a short array in MessagePack
 

@@ -13,6 +13,7 @@ from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, couplings, driv
 from heavylift.nodes.models.user_models import OUTSIDE, aim_port
 from heavylift.nodes.plan.plan import Plan
 
+from .lockstep import Lockstep
 from .parts import KernelConfig, SignalSubscription
 
 PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
@@ -78,7 +79,7 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
     )
 
 
-def postponed(core: OpenCoordinator, plan: Plan) -> bool:
+def postponed(core: OpenCoordinator | Lockstep, plan: Plan) -> bool:
     """Postpone the end of a run that has no stated end if a model that gives orders still has events; return whether.
 
     A load that only swings does not count.

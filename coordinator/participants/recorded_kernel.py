@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from .kernel_node import KernelNode
 from .parts import KernelConfig
+from .rows import RowFrames
 
 Floats = NDArray[np.float64]
 Rows = Iterator[tuple[list[int], Floats]]  # times [ns], rows as they stand in the file
@@ -58,7 +59,7 @@ class Recalled:
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
         self._publish, self._past = publish, past
-        self._kernel = KernelNode(config, self._sampled, foretells=True)
+        self._kernel = KernelNode(config, RowFrames(self._sampled), foretells=True)
         self._events: list[Event] = []
         self._last = self._kernel.last
         sent = noted = 0
@@ -77,7 +78,7 @@ class Recalled:
                 past.why = (
                     "the mechanics of the new scene differ" if foreign else "its checkpoint is damaged, or too old"
                 )
-                self._kernel = KernelNode(config, self._sampled, foretells=True)
+                self._kernel = KernelNode(config, RowFrames(self._sampled), foretells=True)
         self.lookahead = self._kernel.lookahead
         self._sent, self._known = sent, _Known(past, self._announced(sent))
         self._notes = [SamplerNote(i, t, message) for i, (t, message) in enumerate(past.notes[:noted])]

@@ -17,11 +17,12 @@ import msgspec
 from heavylift.kernel.description.user_code import raised
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, out_of_memory
 from heavylift.nodes.devs import FOREVER, AtomicResult, Event, Keepable, Steppable, Tag, after, encode, succ
+from heavylift.nodes.devs.events import in_bytes
 
 from .distance import plus
 from .messages import AnyMessage, Bye, Checkpoint, Fail, Grant, GrantDone, Hello, StopRun, Welcome, name_of
 
-_ENCODER = msgspec.msgpack.Encoder()
+_ENCODER = msgspec.msgpack.Encoder(enc_hook=in_bytes)
 _KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], list[Event], bytes])
 _BEGIN = Tag(0)
 SPOKEN = TAGS = 256  # events and tags after which a grant ends

@@ -15,6 +15,7 @@ import msgspec
 from heavylift.coordinator.participants import building
 from heavylift.coordinator.participants.configuration import Wiring, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.rows import RowFrames
 from heavylift.coordinator.participants.session import configured
 from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.record.scene import RESOLVED
@@ -87,7 +88,7 @@ def _of_plan(plan: Plan) -> RecordedModels:
 
     def make(name: str, publish: Callable[[bytes], None]) -> Steppable:
         if name == KERNEL:
-            return KernelNode(configured(plan, build(plan)), publish)
+            return KernelNode(configured(plan, build(plan)), RowFrames(publish))
         return _alone(build_one(plan, name), wires, plan.microsteps)
 
     wires = wiring(plan)

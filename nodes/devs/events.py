@@ -10,12 +10,12 @@ a node: the local `Simulator` of one or several models, and the mechanics kernel
 
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Annotated, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, NamedTuple, Protocol, Self, cast, runtime_checkable
 
 import msgspec
 from msgspec import Meta
 
-from .messages import Message, decode
+from .messages import Message, decode, encode
 
 
 class Tag(NamedTuple):
@@ -90,9 +90,46 @@ def ns(t: float) -> int:
 Order = tuple[int, int, str, str, int]  # t, k, source, port, index: the total order of events
 
 
+class Passed:
+    """The message of an event that has not left this process: it becomes bytes when somebody needs them."""
+
+    __slots__ = ("_bytes", "value")
+
+    def __init__(self, value: Message) -> None:
+        self.value, self._bytes = value, b""
+
+    @property
+    def payload(self) -> bytes:
+        """The canonical bytes of the message."""
+        if not self._bytes:
+            self._bytes = encode(self.value)
+        return self._bytes
+
+    def __eq__(self, other: object) -> bool:
+        return self.payload == in_bytes(other)
+
+    def __lt__(self, other: object) -> bool:
+        return self.payload < in_bytes(other)
+
+    def __gt__(self, other: object) -> bool:
+        return self.payload > in_bytes(other)
+
+    def __hash__(self) -> int:
+        return hash(self.payload)
+
+
+def in_bytes(content: object) -> bytes:
+    """Return the bytes of what an event carries; the `enc_hook` of every encoder of events."""
+    if isinstance(content, Passed):
+        return content.payload
+    if isinstance(content, bytes):
+        return content
+    raise NotImplementedError(f"an event carries no {type(content).__name__}")
+
+
 class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
     """A message sent through an output port: logical time, source model, port, index among the port's messages at that
-    time, class name of the message, and its encoded bytes."""
+    time, class name of the message, and its encoded bytes or, within a process, a `Passed`."""
 
     t: Annotated[int, msgspec.Meta(ge=0)]
     k: Annotated[int, msgspec.Meta(ge=0)]
@@ -100,7 +137,13 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
     port: str
     index: Annotated[int, msgspec.Meta(ge=0)]
     type: str
-    payload: bytes
+    content: bytes
+
+    @classmethod
+    def of(cls, t: int, k: int, source: str, port: str, index: int, value: Message) -> Self:
+        """Return an event that carries a message as its receivers decode it (see `ports.travelling`)."""
+        # declared as bytes, which is what a decoder makes; the encoders' hook turns this into bytes
+        return cls(t, k, source, port, index, type(value).__name__, cast(bytes, Passed(value)))
 
     @property
     def tag(self) -> Tag:
@@ -113,9 +156,15 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
         return self.t, self.k, self.source, self.port, self.index
 
     @property
+    def payload(self) -> bytes:
+        """The canonical bytes of the event's message."""
+        return in_bytes(self.content)
+
+    @property
     def value(self) -> Message:
-        """A new copy of the event's message, decoded from its bytes."""
-        return decode(self.type, self.payload)
+        """The event's message, which is immutable; decoded anew from bytes that came from another process."""
+        content: object = self.content
+        return content.value if isinstance(content, Passed) else decode(self.type, self.content)
 
 
 class AtomicResult(msgspec.Struct, frozen=True):

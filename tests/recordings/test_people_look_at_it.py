@@ -94,7 +94,7 @@ def test_recordings_that_cannot_be_plotted_are_reported(
     bare = Recorder(tmp_path / "bare.mcap", {"scene": "bare"})
     bare.layout(SampleLayout([]))
     with pytest.raises(
-        RecordingError, match=r"bare\.mcap: the recording has no rope tensions and no joint positions to plot"
+        RecordingError, match=r"bare\.mcap: no tensions or joint positions are recorded to plot; record a scene"
     ):
         plot(bare.close(), tmp_path / "run.png")
 

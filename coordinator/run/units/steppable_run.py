@@ -11,12 +11,14 @@ import msgspec
 import numpy as np
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR, WIND, driven_winds
 from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.rows import LargestRows
 from heavylift.coordinator.participants.session import Session
 from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.kernel.analysis.linear import unit_of
 from heavylift.kernel.errors import HeavyliftError, ModelError, SceneError
 from heavylift.kernel.simulation.native.samples import published
-from heavylift.nodes.devs import FOREVER, Event, Message, Tag, encode
+from heavylift.nodes.devs import FOREVER, Event, Message, Tag
+from heavylift.nodes.devs.ports import travelling
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand, SetPoint, SetSignal
 from heavylift.nodes.models.user_models import OUTSIDE, aim_port
 from heavylift.nodes.plan.plan import Plan
@@ -47,7 +49,7 @@ class SteppableRun:
         self.wind = next(iter(self._winds.values()), 0.0)
         """Speed of the wind [m/s]."""
         end = FOREVER if plan.end is None else None
-        self._session = Session(plan, lambda config: KernelNode(config, lambda batch: None), self._hear, end)
+        self._session = Session(plan, lambda config: KernelNode(config, LargestRows()), self._hear, end)
         self._kernel, self._core = self._session.kernel, self._session.core
         self._layout = layout = msgspec.msgpack.decode(self._kernel.layout(), type=SampleLayout)
         self._at = {f"{c.topic}/{name}": c.start + i for c in layout.channels for i, name in enumerate(c.names)}
@@ -63,10 +65,11 @@ class SteppableRun:
             self._found = min(self._found, event.t)
 
     def _inject(self, port: str, *values: Message) -> None:
-        t = max(self.now, self._core.safe_ns)
+        safe = self._core.safe
+        t = max(self.now, safe.t + (safe.k > 0))
         if self._core.over in (None, RunEnd.QUIET) and Tag(t) < self._core.end:
             for i, value in enumerate(values):
-                self._core.inject(Event(t, 0, OPERATOR, port, i, type(value).__name__, encode(value)))
+                self._core.inject(Event.of(t, 0, OPERATOR, port, i, travelling(value, f"{OPERATOR}.{port}")))
 
     def set_speed(self, actuator: str, speed: float) -> None:
         """Set the speed [m/s or rad/s] of a drive or winch, which is reached along the ramp of the drive."""

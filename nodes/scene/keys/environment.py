@@ -206,7 +206,8 @@ class Fender(Base):
     """A fender, which pushes a point of a vessel away from its face and holds the point along the face by friction."""
 
     on: str = "world"  # a quay, or a vessel
-    at: Place  # of its face, which has no ends, in the frame of what it is on
+    at: Place  # of the middle of its face, in the frame of what it is on
+    size: tuple[u.Extent, u.Extent] | None = None  # width and height of its face; left out: it has no ends
     facing: Direction  # away from what it is on
     vessel: str  # that leans on it
     meets: Place  # point of this vessel

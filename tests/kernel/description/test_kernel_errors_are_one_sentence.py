@@ -37,7 +37,7 @@ def test_invalid_descriptions_of_systems_are_refused(system, sentence):
         (
             System((Body("a", 1.0),), (Joint("weld", "fixed", "world", "a"),)),
             {},
-            "nothing in this scene can move: all joints are fixed",
+            "nothing in this scene can move: all joints are fixed; free a joint",
         ),
         (
             with_(bodies=(Body("a", 0.0),)),

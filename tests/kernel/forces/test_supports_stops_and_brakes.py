@@ -234,3 +234,20 @@ def test_a_creeping_pad_that_is_unloaded_does_not_alternate_between_slip_and_sti
     assert SupportLaw().switch(pad, p, "rub", np.array([normal, 0.0, 0.0, *velocity]))[0] == "slip"
     assert p[SupportAt.STICK] == 1.0
     assert hypot(*(d * velocity - k * p[SupportAt.ANCHOR])) < 0.6 * mu * normal
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.6, 1.5, 3.0])
+def test_a_block_that_slides_off_a_pad_with_ends_falls_freely_and_its_energy_is_accounted_for(angle: float) -> None:
+    """Friction slows it to sqrt(v^2 - 2 mu g s) at the edge, a way s off; the energy of the spring becomes heat."""
+    mu, v, size, along = 0.3, 4.0, (3.0, 2.0), (cos(angle), sin(angle))
+    scene = block_on_pads(1e4, (0.0, 0.0, 0.0), ((0.0, 0.0),), -5e-3, mu, (v * along[0], v * along[1], *[0.0] * 4))
+    s = started(replace(scene, supports=tuple(replace(pad, size=size) for pad in scene.supports)), **FINE)
+    hand_over(s, SECOND)
+    way = min(half / max(abs(x), 1e-12) for half, x in zip((1.5, 1.0), along, strict=True))
+    speed = sqrt(v * v - 2.0 * mu * G * way)
+    leaves = (v - speed) / (mu * G)
+    (left,) = times(s, "pad0", "open")
+    assert left == pytest.approx(leaves, abs=1e-6)
+    assert s.state[:2] == pytest.approx([(way + speed * (1.0 - leaves)) * x for x in along], abs=1e-5)
+    assert s.state[2] == pytest.approx(-5e-3 - 0.5 * G * (1.0 - leaves) ** 2, abs=1e-6)
+    assert imbalance(s) < 1e-9

@@ -16,8 +16,17 @@ from heavylift.nodes.plan import IN_WIND, Quantity as Limited
 from heavylift.nodes.scene import bundled, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
-PLACES = {"height": 1, "height difference": 2, "height over": 3, "radius": 2, "moment": 2, "use by place": 1, "gap": 8}
-PLACES |= {"place along": 1, "place across": 1}
+PLACES = {
+    "height": 1,
+    "height difference": 2,
+    "height over": 3,
+    "radius": 2,
+    "moment": 2,
+    "use by place": 1,
+    "gap": 8,
+    "overhang": 5,
+}
+PLACES |= {"place along": 1, "place across": 1, "overhang": 5}
 SHARES, LINES = (0.4, 0.6), (1, 1)
 GROUPS = {"track pressure": 3, "corner load": 3, "tipping": 3, "joint moment": 2, "starting moment": 2}  # of its frame
 PLACES |= {kind: frame + (8 if kind == "starting moment" else 2) + 4 for kind, frame in GROUPS.items()}
@@ -30,6 +39,7 @@ NUMBERS = {
     "moment": (1.0, 2.0, 5.0, 4.0, 2.0),
     "use by place": (0.1, 0.0, -3.0, 2.0, 1.0, 6.0),
     "gap": (1.0, 2.0, 0.5, 2.0, 1.0, 1.0),
+    "overhang": (2.0, 1.5),
     "pull": (0.3, 9.0),
     "reserve": (0.3, 9.0, 500.0),
     "place along": (4.0,),

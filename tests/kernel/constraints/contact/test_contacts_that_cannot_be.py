@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, G, started
 
 REFUSED = [
-    (Contact("c", Box("brick", (1.0, 1.0, 1.0)), Ball("world")), "box against ball; possible pairs are"),
+    (Contact("c", Box("brick", (1.0, 1.0, 1.0)), Ball("world")), "box against ball is not possible; pairs"),
     (Contact("c", Ball("brick"), Ball("brick")), "both shapes belong to 'brick'"),
     (Contact("c", Ball("brick"), Plane(), -0.1), "mu is -0.1; it cannot be negative"),
     (Contact("c", Ball("brick"), Plane(), 0.1, 1.5), "restitution is 1.5"),
