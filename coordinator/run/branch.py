@@ -91,7 +91,7 @@ class RunBranch:
         point = _point(run, at)
         new = _new(begun, run.recording, settings, scene)
         if new.plan.end is not None and seconds(new.plan.end) <= point.tag.t:
-            raise SceneError(f"end {new.plan.end:g} s: is before the branch point {point}; choose a later end")
+            raise SceneError(f"the end {new.plan.end:g} s is before the branch point {point}; choose a later end")
         return cls(path, new, begun, point, run)
 
 

@@ -95,8 +95,8 @@ def sea_of(scene: LoadedScene, name: str) -> str:
     seas = scene.scene.waves.seas if scene.scene.waves else {}
     name = name.removeprefix("waves.seas.") or (next(iter(seas)) if len(seas) == 1 else "")
     if name not in seas:
-        known = ", ".join(f"waves.seas.{x}" for x in seas) or "the scene has none"
-        raise SceneError(f"--scatter: name the sea that takes the heights and periods with --of: {known}")
+        known = ", ".join(f"waves.seas.{x}" for x in seas) or "none in this scene"
+        raise SceneError(f"--scatter: give --of with the sea whose height and period are varied; seas: {known}")
     return name
 
 

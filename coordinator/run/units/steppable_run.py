@@ -129,7 +129,7 @@ class SteppableRun:
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:
-            raise ModelError(f"the unit is at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
+            raise ModelError(f"the exported scene is at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
         self._check_end(to_ns)
         self._from, self._found = self.now if events else FOREVER.t, FOREVER.t
         last, row = min(to_ns, self._core.end.t - 1), np.zeros(0)

@@ -188,7 +188,7 @@ def test_a_node_of_several_models_waits_for_the_events_between_them(
     mutant(monkeypatch)
     with pytest.raises(
         HeavyliftError,
-        match=r"^d at \(0.000000009 s, 0\): the message c.out is late, it was due at \(0.000000005 s, 2\)",
+        match=r"^d at \(0.000000009 s, 0\): message from c.out is late: due at \(0.000000005 s, 2\)",
     ):
         relayed()
 

@@ -104,7 +104,9 @@ def test_an_fmu_continues_from_a_snapshot_or_reports_that_snapshots_are_not_supp
     simulator.start()
     simulator.run(ms(55))
     if not keeps:
-        with pytest.raises(ModelError, match=r"spring: no snapshot can be taken \(Spring.fmu cannot save its state\)"):
+        with pytest.raises(
+            ModelError, match=r"spring: no snapshot can be taken \(Spring.fmu does not support saving its state\)"
+        ):
             simulator.snapshot()
         return
     kept = simulator.snapshot()
