@@ -123,7 +123,7 @@ class ModelLevel:
 
 @dataclass(frozen=True)
 class Ladder:
-    """All combinations of model level and time steps for a plan, except where the scene's settings `named` fix them."""
+    """All combinations of model level and time steps for a plan; the scene's own settings `named` stay fixed."""
 
     plan: Plan
     named: Sequence[str] = ()
@@ -135,8 +135,8 @@ class Ladder:
 
     @property
     def compared(self) -> list[Fidelity]:
-        """All model levels; for vessels in waves also the finest one with radiation damping and added mass at one
-        frequency only."""
+        """All model levels; for vessels in waves also the finest one with its radiation coefficients at a single
+        frequency."""
         flat = msgspec.structs.replace(self.full[-1], water="one frequency")
         same = system(at_level(self.plan, flat)) == system(at_level(self.plan, self.full[-1]))
         return self.full if same else [flat, *self.full]

@@ -192,7 +192,7 @@ WIND = "wind"
 
 
 def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
-    """Build the mechanisms in order, each acting on the lift and on earlier ones; errors are added to the scene."""
+    """Build the mechanisms in order; each may act on the lift and on those before it. Errors go to the scene."""
     source, scene = builder.source, builder.scene
     done = [machine.name for machine in builder.cranes]
     bases: dict[Path, Parts[Any]] = {

@@ -127,7 +127,7 @@ class Dimension:
 
 @dataclass(frozen=True, eq=False)
 class Limited(Dimension):
-    """A dimension whose values must lie in a range; its ends are written as in scenes."""
+    """A dimension whose values must lie in a range; both ends are texts with units, as in scenes."""
 
     lowest: str
     highest: str
