@@ -14,6 +14,7 @@ from heavylift.kernel import SceneError
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.limits import checks_of
 from heavylift.nodes.models import system
+from heavylift.nodes.plan import Fidelity
 from heavylift.nodes.scene import load
 from heavylift.nodes.sea import Coefficients, Hydrodynamics, StateSpace, capytaine, hull_of, wamit
 from scipy.io import netcdf_file
@@ -26,6 +27,7 @@ MOORINGS = [1e5, 1e5, 0.0, 0.0, 0.0, 1e8], [5e4, 5e4, 0.0, 0.0, 0.0, 2e7]
 SIZES, HEIGHTS = np.array([[60.0, 20.0, 6.0], [36.0, 14.0, 4.0]]), (1.0, 0.0)
 PLACES = np.array([[5.0, -4.0], [5.0 - BESIDE * np.sin(BOW), -4.0 + BESIDE * np.cos(BOW)]])
 CLOSE = 5e-3  # of the largest motion of a kind: what waves of 2 cm move that is not linear
+ROUNDED = 1e-5  # of coefficients in the file
 LONG = 0.1  # [rad] of phase that the longest wave in the file is not yet still water
 FITTED = 0.05  # the same, by the error of the radiation fit: 2 % of the largest coefficient of each mode
 RESONANCE = 1.1  # [rad/s] of the gap, where motions miss more: coefficients are small beside their largest
@@ -127,18 +129,23 @@ def answer(w: float, radiation: np.ndarray, X: np.ndarray) -> np.ndarray:
     return 0.01 * np.exp(-1j * delay) * np.linalg.solve(Z, X).reshape(2, 6)
 
 
-@pytest.mark.parametrize("w", [0.8, RESONANCE, pytest.param(0.5, marks=pytest.mark.large)])
-def test_two_hulls_in_a_wave_move_as_their_coupled_equations_predict(tmp_path: Path, pair: Hydrodynamics, w: float):
-    """With the fitted memory to 0.5 %, with the coefficients of the file to the error of the fit; alone they would move
-    differently; the energy account closes."""
-    found, s = motions(placed(tmp_path, pair, text(w)), w)
-    _, X = raw(w)
+def fitted_answer(pair: Hydrodynamics, w: float) -> np.ndarray:
+    """Motions (2, 6) with the fitted memory."""
     of, second = pair.radiation, pair.beside
     assert second
     K = StateSpace(np.array(of.F), np.concatenate([of.G, second.hull.radiation.G], axis=1)).memory(np.array([w]))[0]
     A_inf = np.block([[np.array(pair.added_mass), np.array(second.added_mass).T],
                       [np.array(second.added_mass), np.array(second.hull.added_mass)]])  # fmt: skip
-    want, theirs = answer(w, -w * w * A_inf + 1j * w * K, X), answer(w, *raw(w))
+    return answer(w, -w * w * A_inf + 1j * w * K, raw(w)[1])
+
+
+@pytest.mark.parametrize("w", [0.8, RESONANCE, pytest.param(0.5, marks=pytest.mark.large)])
+def test_two_hulls_in_a_wave_move_as_their_coupled_equations_predict(tmp_path: Path, pair: Hydrodynamics, w: float):
+    """With the fitted memory to 0.5 %, with the coefficients of the file to the error of the fit; alone they would move
+    differently; the energy account closes."""
+    found, s = motions(placed(tmp_path, pair, text(w)), w)
+    X = raw(w)[1]
+    want, theirs = fitted_answer(pair, w), answer(w, *raw(w))
     Z, alone = raw(w)[0], np.kron(np.eye(2), np.ones((6, 6)))
     apart = answer(w, Z * alone, X)
     for kind in (slice(0, 3), slice(3, 6)):
@@ -155,6 +162,22 @@ def test_two_hulls_in_a_wave_move_as_their_coupled_equations_predict(tmp_path: P
     start.start()
     first, last = (float(x.kinetic + x.potential + sum(x.stored)) for x in (start.row(), row))
     assert abs(last + gained - first) < 1e-6 * works
+
+
+MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+@pytest.mark.parametrize("w", [0.5, 0.8, RESONANCE])
+def test_given_motions_of_two_hulls_are_those_of_their_coupled_equations(
+    tmp_path: Path, pair: Hydrodynamics, w: float
+) -> None:
+    plan = load(placed(tmp_path, pair, text(w))).plan
+    given = system(msgspec.structs.replace(plan, fidelity=Fidelity(water="motion given")))
+    want, waves = fitted_answer(pair, w), {drive.name: drive.wave for drive in given.drives}
+    for name, each in zip(("big", "small"), want, strict=True):
+        found = np.array([(x := waves[f"{name}.{m}.drive"]).amplitude * np.exp(1j * x.phase) for m in MODES])
+        for kind in (slice(0, 3), slice(3, 6)):
+            assert found[kind] == pytest.approx(each[kind], abs=ROUNDED * np.abs(each[kind]).max())
 
 
 def test_hulls_without_waves_between_them_move_as_two_single_vessels(tmp_path: Path, pair: Hydrodynamics) -> None:
