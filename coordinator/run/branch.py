@@ -261,7 +261,7 @@ def _past(what: RunBranch) -> RecordedKernel:
 
 
 def different(old: Plan, new: Plan) -> list[str]:
-    """Return the first paths at which two plans differ, as texts, and as last text the number of further paths."""
+    """Return up to `NAMED` paths at which two plans differ, and "and N more" if there are others."""
     found = list(_apart("", old, new))
     return [*found[:NAMED], *([f"and {len(found) - NAMED} more"] if len(found) > NAMED else [])]
 

@@ -91,7 +91,7 @@ def operability_sheet(
 
 
 def sea_of(scene: LoadedScene, name: str) -> str:
-    """Return the name of the sea to vary, or of the only one; raises SceneError."""
+    """Return the name of the sea to vary, which need not be given if the scene has only one; raises SceneError."""
     seas = scene.scene.waves.seas if scene.scene.waves else {}
     name = name.removeprefix("waves.seas.") or (next(iter(seas)) if len(seas) == 1 else "")
     if name not in seas:

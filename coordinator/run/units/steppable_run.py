@@ -94,8 +94,8 @@ class SteppableRun:
         return self._row.tolist(), {**self.peaks}, self.events, self.event
 
     def repeat(self, given: Sequence[tuple[str, Any, str]], seen: Sequence[Any]) -> None:
-        """Bring the run to the state of another one: repeat its steps and settings, then restore its output values
-        `seen`."""
+        """Bring this run to the state of another: repeat the steps and settings of the other, and take over its output
+        values `seen`."""
         for what, value, name in given:
             if what == "go":
                 self._advance(value)
