@@ -13,7 +13,6 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.limits.factors import BASES
 from heavylift.nodes.limits.wind import leads_in_wind
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
@@ -50,9 +49,9 @@ from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.static_path import first_rest
 from heavylift.nodes.statics.swinging import swing_free
 
-from .corners import BEARING, Centres, ends_of, rated, with_centres
+from .corners import Centres, ends_of, rated, with_centres
 from .instances import several
-from .loaded_scene import LoadedScene, SceneFacts
+from .loaded_scene import LoadedScene, SceneFacts, on_same_path
 from .model_files import imported
 
 CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples"}  # keys that say how it is to be run
@@ -129,7 +128,7 @@ def _built(
     loaded, factors = _planned(source, scene, known, followed, nominal), scene.all_factors
     if followed and factors.wind and factors.area:
         leads = leads_in_wind(loaded.plan, factors, loaded.states)
-        loaded = _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=(*loaded.plan.limits, *leads)))
+        loaded = on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=(*loaded.plan.limits, *leads)))
     if not nominal:
         return loaded
 
@@ -146,13 +145,11 @@ def _built(
         return known_corners[name]
 
     def shifted(centres: Centres) -> LoadedScene:
-        """Build the scene with other centres of mass of its blocks, and with its limits of loads only."""
-        moved = _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
-        limits = tuple(x for x in moved.plan.limits if x.quantity in (*BASES.values(), *BEARING))
-        return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))
+        """Build the scene with other centres of mass of its blocks."""
+        return _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
 
-    limits = rated(loaded, _bases(loaded), scene, ends_of(scene, stated), other, shifted)
-    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
+    limits = rated(loaded, scene, ends_of(scene, stated), other, shifted)
+    return on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
 
 
 def _planned(
@@ -202,24 +199,10 @@ def _planned(
     hung = bent or any(machine.ties and not machine.hooks for machine in own)
     sinks = any(hook.ends for machine in loaded.plan.machines for hook in machine.hooks)
     if (sinks or hung) and (first := _first_rest(loaded, followed)):
-        loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
+        loaded = on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
-            loaded = _on_same_path(loaded, settled(loaded.plan))
-    return _on_same_path(loaded, weighed(loaded.plan))
-
-
-def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
-    """Return the scene with another plan that has the same equilibrium path, so that the path is not computed again."""
-    other = replace(loaded, plan=built)
-    if "statics" in vars(loaded):
-        vars(other).update(statics=loaded.statics)
-    return other
-
-
-def _bases(loaded: LoadedScene) -> LoadedScene:
-    """Return the scene with only those limits that enter design loads."""
-    limits = tuple(x for x in loaded.plan.limits if x.quantity in (*BASES.values(), "tandem load"))
-    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=limits))
+            loaded = on_same_path(loaded, settled(loaded.plan))
+    return on_same_path(loaded, weighed(loaded.plan))
 
 
 def _side_by_side(
