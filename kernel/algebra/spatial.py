@@ -15,7 +15,7 @@ from .elementary import cos, sin
 def exact(x: "Scalars | Sequence[Sequence[float]]") -> Array:
     """Return an array converted to Python floats, whose products are summed in a fixed order; products of NumPy floats
     use BLAS, which differs between processors."""
-    return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
+    return np.asarray(x, dtype=float).astype(object)
 
 
 def join(*parts: Scalars) -> Array:

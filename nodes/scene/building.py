@@ -25,13 +25,16 @@ from heavylift.nodes.scene.construction.levelling import measuring
 from heavylift.nodes.scene.construction.machines import (
     build_fidelity,
     build_machines,
+    block_alone,
     build_mechanisms,
     check_locked,
     check_parts,
 )
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.rigging.ratings import gear_of
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
+from heavylift.nodes.scene.construction.supports import block_machine
 from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.gear import geared
@@ -125,7 +128,8 @@ def _built(
         settings=tuple(overrides),
         passing=passing,
     )
-    loaded, factors = _planned(source, scene, known, followed, nominal), scene.all_factors
+    made, factors = _constructed(source, scene, known), scene.all_factors
+    loaded = _planned(source, made, followed, nominal)
     if followed and factors.wind and factors.area:
         leads = leads_in_wind(loaded.plan, factors, loaded.states)
         loaded = on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=(*loaded.plan.limits, *leads)))
@@ -146,17 +150,22 @@ def _built(
 
     def shifted(centres: Centres) -> LoadedScene:
         """Build the scene with other centres of mass of its blocks."""
-        return _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
+        own, moved = replace(source, faults=[]), with_centres(scene, centres)
+        if block_alone(scene):
+            block = block_machine(SceneBuilder(own, moved), ("block",))
+            raise_faults(own, own.faults)
+            machines = tuple(block if machine.cargo else machine for machine in made.plan.machines)
+            there = replace(made, plan=msgspec.structs.replace(made.plan, machines=machines), keys=moved, passing=True)
+        else:
+            there = _constructed(own, moved, replace(known, passing=True))
+        return _planned(own, there)
 
     limits = rated(loaded, scene, ends_of(scene, stated), other, shifted)
     return on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
 
 
-def _planned(
-    source: SourceText, scene: schema.Scene, known: LoadedScene, followed: bool = True, nominal: bool = False
-) -> LoadedScene:
-    """Build the plan of a valid scene and return it added to the data in `known`. If `nominal`, check static overloads,
-    too."""
+def _constructed(source: SourceText, scene: schema.Scene, known: LoadedScene) -> LoadedScene:
+    """Build the plan of a valid scene, without what follows from its equilibrium path; return it added to `known`."""
     builder = build_machines(source, scene)
     check_parts(source, scene)
     machines = tuple(builder.machines)
@@ -188,8 +197,14 @@ def _planned(
     check_models(source, loaded.plan)
     check_touches(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
-    shaped, unknown = aimed(loaded.plan)
-    shaped, more = swing_free(shaped, keep=not known.passing) if not unknown else (shaped, [])
+    return loaded
+
+
+def _planned(source: SourceText, loaded: LoadedScene, followed: bool = True, nominal: bool = False) -> LoadedScene:
+    """Add to the plan of a scene what follows from its equilibrium path, and check it. If `nominal`, check static
+    overloads, too."""
+    scene, (shaped, unknown) = loaded.scene, aimed(loaded.plan)
+    shaped, more = swing_free(shaped, keep=not loaded.passing) if not unknown else (shaped, [])
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
     raise_faults(source, _impossible(source, loaded, nominal))
