@@ -108,7 +108,7 @@ class Poses:
         now = native["t"], native.among()
         key = q.tobytes(), self._accounts.tobytes(), self.simulation.P.tobytes(), now, order, h
         if key == self._known[0]:  # as after a command that changes no force
-            return self._known[1].copy()
+            return self._known[1]
         self._now[:], self._order[:] = now, order
         self._stands[:], self._guards[:] = self._y, self._G
         self._J[:] = 0.0
@@ -122,15 +122,18 @@ class Poses:
                 break
             h *= 0.1
         found: np.ndarray = self._J[:, :nv].T[self._rows].copy()
+        found.flags.writeable = False
         self._known = key, found
-        return found.copy()
+        return found
 
     def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:
         """Factorise the matrix 1/h^2 - K of Newton steps over the motions in `basis`; K (n_free, n_free): stiffness."""
         self._B = basis
-        K = K if basis is None else basis.T @ K @ basis
-        whole, n = self._eye.copy(), len(K)
-        whole[:n, :n] = whole[:n, :n] / h**2 - K
+        if basis is None:
+            whole = self._eye / h**2 - K
+        else:
+            whole, n = self._eye.copy(), basis.shape[1]
+            whole[:n, :n] = whole[:n, :n] / h**2 - basis.T @ K @ basis
         self._tangent.factors.write(self._M, whole)
         self._factorise()
 

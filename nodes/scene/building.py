@@ -23,9 +23,9 @@ from heavylift.nodes.scene.construction.environment.footings import set_up
 from heavylift.nodes.scene.construction.environment.touching import check_touches, touches
 from heavylift.nodes.scene.construction.levelling import measuring
 from heavylift.nodes.scene.construction.machines import (
+    block_alone,
     build_fidelity,
     build_machines,
-    block_alone,
     build_mechanisms,
     check_locked,
     check_parts,

@@ -105,11 +105,12 @@ def rated(
     stated = scene.practice is not None or bool(scene.factors.model_fields_set)
     if not (ends or stated or any(limit.rigging for limit in nominal.plan.limits)):
         return [*nominal.plan.limits]
-    given, corners = scene.all_factors, Corners(nominal)
+    usual = nominal if ends else with_limits(nominal, (*FACTORED, *BEARING))  # all that are compared with corners
+    given, corners = scene.all_factors, Corners(usual)
     corners.search(ends, build)
     limits = [_spread(limit, corners) for limit in nominal.plan.limits]
     moved, sizes = given.cog or (), partial(_borne, (given.weight or 1.0) * (given.cog_factor or 1.0))
-    uses = [use for use in nominal.uses if use.limit.quantity in FACTORED]
+    uses = [use for use in usual.uses if use.limit.quantity in FACTORED]
     centred, inputs = Corners(nominal, _factored, _sizes_of(uses)), Corners(nominal, sizes)
     centres = Corners(nominal, sizes, inputs.usual)
     for signs in product(*((-1, 1) if half else (0,) for half in moved)) if moved else ():
