@@ -235,7 +235,8 @@ def resume(
 
 @contextmanager
 def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
-    """Start, on idle cores, the additional runs that estimate the errors of a run's figures; None unless `wanted`."""
+    """Yield the additional runs that estimate the errors of a run's figures, started on idle cores; None if not
+    `wanted`."""
     if not wanted:
         yield None
         return

@@ -21,7 +21,7 @@ def check(
     as_json: o.Json = False,
     sets: o.Sets = None,
 ) -> None:
-    """Check a scene, show its static loads and modelled effects; starts nothing.    heavylift check lift
+    """Check a scene without running it; show static loads and modelled effects.    heavylift check lift
 
     Exit code 1 if the scene cannot run, or if a check is red at rest, such as a contact that no order allows. Of a yard
     file: its schedules with expected durations.
@@ -332,5 +332,5 @@ def export_fmu(
 
         made = export(chosen(loaded), output or Path(f"{loaded.plan.name}.fmu"), force, inputs or (), fmi)
     except ImportError:
-        raise SceneError("a unit of FMI is made with pythonfmu: pip install 'heavylift[fmi]'") from None
+        raise SceneError("an FMU is made with pythonfmu: pip install 'heavylift[fmi]'") from None
     typer.echo(f"wrote {made}")

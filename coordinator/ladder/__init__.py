@@ -1,6 +1,6 @@
 """The measured ladder of model levels: the errors of a run, measured by further runs of the same scene.
 
-in_memory       one run of a plan in this process, as all modules below use it; keeping: the kernel of such a run
+in_memory       one run of a plan in this process, as all modules below use it; keeping: the rows of such a run
 figures         results of a run as single numbers: peaks, swings, positions, times, loads, utilisations
 model_levels    model levels of a plan, and the methods and tolerances with which each is run
 measuring       runs of these candidates, and the differences of their figures; looking: their errors

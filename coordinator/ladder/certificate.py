@@ -108,7 +108,7 @@ def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | Non
 
 
 class Certifying:
-    """The additional runs that estimate the errors of a run's figures; `price` announces how many."""
+    """The additional runs of a scene that estimate the errors of a run's figures."""
 
     def __init__(self, scene: LoadedScene, inputs: list[UncertainInput], start: Start) -> None:
         self._scene, self._inputs, self._start = scene, inputs, start

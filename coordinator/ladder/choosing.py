@@ -59,7 +59,7 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene at the loosest of the `ACCURACIES` at which every check is decided; if there is none, at the
+    """Return the scene with the first of the `ACCURACIES`, loosest first, that leaves no check undecided, or else the
     tightest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
@@ -114,8 +114,10 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
-    """Choose the cheapest model level and time steps for the requested quantities and accuracy; raises HeavyliftError
-    only if a run exceeds its time limit."""
+    """Choose the cheapest model level and time steps that compute the requested quantities to the requested accuracy.
+
+    Raises HeavyliftError only if a run exceeds its time limit.
+    """
     last: Look | None = None
     wrong = inf
     tolerance = LOOSEST * question.accuracy  # looser steps cannot be within the accuracy

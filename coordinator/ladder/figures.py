@@ -120,7 +120,7 @@ def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list
 
 
 def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
-    """Return the figures of a run for these quantities; repeated names are numbered."""
+    """Return the result figures of a run for these quantities."""
     shown = RunSeries.of(run)
     half = shown.halved()
     found = list[AskedFigure]()

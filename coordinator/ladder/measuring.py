@@ -88,8 +88,8 @@ class Measuring:
         return self._read[candidate.key]
 
     def limits(self, candidate: ModelLevel, values: bool = False) -> dict[str, AskedFigure]:
-        """Return the utilisations and the smallest clearance of a run at this model level and time step; empty if there
-        was no run."""
+        """Return, by name, the utilisations and the smallest clearance of an earlier run; empty if this candidate was
+        not run."""
         judge = self._judges.get(candidate.key)
         return {f.name: f for f in judged(judge, values=values)} if judge else {}
 

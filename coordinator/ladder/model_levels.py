@@ -37,7 +37,7 @@ def levels(plan: Plan) -> list[Fidelity]:
 
 
 def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
-    """Return the plan at a model level; islands, and lifts with a fidelity of their own, do not change."""
+    """Return the plan at another model level; lifts that state a level of their own keep it."""
     own = msgspec.structs.replace(fidelity, islands=plan.fidelity.islands)
     lists = tuple(
         msgspec.structs.replace(each, fidelity=own) if each.fidelity == plan.fidelity else each for each in plan.lists
@@ -123,7 +123,7 @@ class ModelLevel:
 
 @dataclass(frozen=True)
 class Ladder:
-    """All combinations of model level and time steps for a plan; `named`: settings that the scene fixes."""
+    """All combinations of model level and time steps for a plan, except where the scene's settings `named` fix them."""
 
     plan: Plan
     named: Sequence[str] = ()
@@ -135,7 +135,8 @@ class Ladder:
 
     @property
     def compared(self) -> list[Fidelity]:
-        """All model levels and, for vessels in waves, the finest one with radiation at one frequency only."""
+        """All model levels; for vessels in waves also the finest one with radiation damping and added mass at one
+        frequency only."""
         flat = msgspec.structs.replace(self.full[-1], water="one frequency")
         same = system(at_level(self.plan, flat)) == system(at_level(self.plan, self.full[-1]))
         return self.full if same else [flat, *self.full]
@@ -159,7 +160,8 @@ class Ladder:
 
     @cached_property
     def whole(self) -> list[Fidelity]:
-        """The finest model level and the levels that differ from it only by fewer lumps per rope, finest last."""
+        """The model levels that include all effects of the finest one and differ only in the lumps per rope, finest
+        last."""
         finest = self.full[-1]
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
 
@@ -172,8 +174,8 @@ class Ladder:
 
     @property
     def poorer(self) -> Fidelity | None:
-        """The model level just below the finest one, which serves to measure the error of the finest; None if there is
-        only one level."""
+        """The model level just below the finest one, for the error estimate of the finest; None if there is only one
+        level."""
         return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
 
     @cached_property
@@ -188,8 +190,8 @@ class Ladder:
         return self.plan.method if {"method", "step"} & {*self.named} else self.own
 
     def in_own_steps(self, candidate: ModelLevel) -> ModelLevel:
-        """Return the same model level with the default integration method, with which the error of a model level is
-        measured.
+        """Return the same model level with the default integration method, for runs that measure the error of the
+        level.
 
         The level error does not depend on the steps, and other methods may be slow at a finer level.
         """

@@ -37,16 +37,14 @@ Ran: TypeAlias = RunFigures | str
 
 
 class Start(Protocol):
-    """Interface of a function that starts a run of a plan; with `measured` it also starts the runs that measure its
-    errors."""
+    """Interface of a function that starts a run of a plan, with `measured` also the runs that measure its errors."""
 
     def __call__(self, plan: Plan, measured: bool = False) -> Future[Ran]: ...
 
 
 @contextmanager
 def starting(at_once: int) -> Iterator[Start]:
-    """Yield a function that starts runs in `at_once` processes, which end when the context ends; with 0, runs take
-    place in this process."""
+    """Yield a function that starts runs in a pool of `at_once` processes, or for 0 runs them in this process."""
     if at_once < 1:
         yield _here
         return

@@ -147,7 +147,8 @@ def of_unstated(names: Sequence[str]) -> str:
 
 
 def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start: Start) -> Moved:
-    """Start runs in which an input is changed by `steps` standard uncertainties; none for an exact input."""
+    """Start runs in which one input differs from its value by `steps` standard uncertainties; no runs for an exact
+    input."""
     runs: dict[float, Future[Ran] | str] = {}
     for step in steps if one.sd else ():
         try:
@@ -182,7 +183,7 @@ class _Seen:
         self.more(begun)
 
     def more(self, begun: Moved) -> None:
-        """Wait for the next runs in which this input is changed, and add their results."""
+        """Wait for runs in which this input is changed, and add their figures to the results for this input."""
         for step, run in begun.runs.items():
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):
@@ -193,7 +194,7 @@ class _Seen:
                 self.values[step] = {figure.name: figure.value for figure in ended.figures}
 
     def switches(self, figure: AskedFigure) -> bool:
-        """Return whether a figure does not respond proportionally to the input."""
+        """Return whether a figure responds nonlinearly to the input, such as by slack ropes or impacts."""
         if not self.input.sd:
             return False
         down, up = (self.values[step].get(figure.name) for step in STEPS)

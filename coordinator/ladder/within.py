@@ -106,7 +106,7 @@ def lasts(scene: LoadedScene) -> float:
 
 
 def elapsed() -> float:
-    """Return the seconds since this process was started, including the start of Python."""
+    """Return the time since the start of this process [s], including the start of the Python interpreter."""
     try:
         stat = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
         return time.clock_gettime(time.CLOCK_BOOTTIME) - int(stat[19]) / os.sysconf("SC_CLK_TCK")

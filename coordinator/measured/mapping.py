@@ -81,7 +81,8 @@ class LogSignals:
 
 
 def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: float) -> LogSignals:
-    """Read a measured log and assign its columns to signals by a map; raises HeavyliftError for a fault in either."""
+    """Read a measured log and assign its columns to signals by map files; raises HeavyliftError for a fault in
+    either."""
     log, t = read_log(path), None
     channels, lines = list[LogChannel](), dict[str, str]()
     for source in map(_source, maps):
@@ -236,6 +237,6 @@ def _within(log: LogTable, column: str, rows: list[int], drive: DriveActor, t: F
     """Raise RecordingError for the first row that moves a drive beyond its end position."""
     lower, upper = (end if end is not None else s * np.inf for end, s in zip(drive.ends, (-1.0, 1.0), strict=True))
     for i in np.flatnonzero((x < lower - BEYOND) | (x > upper + BEYOND)).tolist():
-        distance = f"leads {drive.element} from {drive.initial:.6g} to {x[i]:.6g} at {t[i]:.6g} s"
+        distance = f"moves {drive.element} from {drive.initial:.6g} to {x[i]:.6g} at {t[i]:.6g} s"
         end = f"beyond its end at {lower if x[i] < lower else upper:.6g}"
         raise log.error(rows[i], column, f"{distance}, {end}; let the scene begin elsewhere, or cut the log there")

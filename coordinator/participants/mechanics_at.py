@@ -23,6 +23,7 @@ from heavylift.nodes.statics.static_run import StaticRun
 
 from .kernel_node import KernelNode
 from .parts import KernelConfig
+from .rows import RowSink
 from .session import Session, configured
 
 if TYPE_CHECKING:
@@ -128,6 +129,6 @@ class _InOnePiece(KernelNode):
     """A kernel without islands, whose samples are discarded."""
 
     def __init__(self, config: KernelConfig) -> None:
-        super().__init__(msgspec.structs.replace(config, apart=False), lambda samples: None)
+        super().__init__(msgspec.structs.replace(config, apart=False), RowSink())
         assert isinstance(self.simulation, Simulation)
         self.whole = self.simulation

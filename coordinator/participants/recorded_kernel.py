@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from .kernel_node import KernelNode
 from .parts import KernelConfig
+from .rows import RowFrames
 
 Floats = NDArray[np.float64]
 Rows = Iterator[tuple[list[int], Floats]]  # times [ns], rows as they stand in the file
@@ -58,7 +59,7 @@ class Recalled:
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
         self._publish, self._past = publish, past
-        self._kernel = KernelNode(config, self._sampled, foretells=True)
+        self._kernel = KernelNode(config, RowFrames(self._sampled), foretells=True)
         self._events: list[Event] = []
         self._last = self._kernel.last
         sent = noted = 0
@@ -77,7 +78,7 @@ class Recalled:
                 past.why = (
                     "the mechanics of the new scene differ" if foreign else "its checkpoint is damaged, or too old"
                 )
-                self._kernel = KernelNode(config, self._sampled, foretells=True)
+                self._kernel = KernelNode(config, RowFrames(self._sampled), foretells=True)
         self.lookahead = self._kernel.lookahead
         self._sent, self._known = sent, _Known(past, self._announced(sent))
         self._notes = [SamplerNote(i, t, message) for i, (t, message) in enumerate(past.notes[:noted])]
@@ -87,12 +88,12 @@ class Recalled:
         return msgspec.structs.replace(layout, recalled=recalled, most=self._most.tolist())
 
     def layout(self) -> bytes:
-        """Return the kernel's layout with the number of replayed samples."""
+        """Return the layout of the kernel's samples; it states how many of them are replayed."""
         return msgspec.msgpack.encode(self._announced(self._sent))
 
     @property
     def pauses(self) -> int:
-        """Counter that increases while the kernel makes progress."""
+        """Progress counter of the kernel: while it increases, the kernel still works."""
         return self._kernel.pauses
 
     def start(self) -> None:
@@ -112,7 +113,7 @@ class Recalled:
 
     @property
     def slack(self) -> list[Slack]:
-        """Observed lookaheads of the kernel, as in `KernelNode.slack`."""
+        """Observed lookaheads of the kernel: always empty."""
         return self._kernel.slack
 
     @property
@@ -146,7 +147,7 @@ class Recalled:
             self._kernel.advance(tag, bag, until)
 
     def foretell(self) -> None:
-        """If the kernel began at the start of the run, let it publish samples of a scene at rest in advance."""
+        """Publish in advance the sample row of a scene at rest, unless the kernel continues from a checkpoint."""
         if not self._past.used:
             self._kernel.foretell()
 
@@ -234,8 +235,8 @@ class _Known:
             yield first, times, spread
 
     def compare(self, times: Sequence[int], rows: Floats) -> tuple[int, str, float, float] | None:
-        """Compare the kernel's samples with the recorded ones; return the first value that differs (time [ns], column,
-        recorded, new), or None."""
+        """Return time [ns], column, recorded and new value of the first difference between the kernel's samples and the
+        recorded ones; None if they are equal."""
         now, i = np.ascontiguousarray(self._columns(rows)[:, self._here]), 0
         while i < len(times) and self._next():
             n = min(len(times) - i, len(self._times))

@@ -62,7 +62,7 @@ def replicate(
     workers: int = 0,
     confidence: float = 0.95,
 ) -> Replications:
-    """Run a model `count` times like `run_models` in one process, each time with another `seed` of its function.
+    """Run a DEVS model `count` times in single processes, each time with another random seed.
 
     The seeds follow from `seed`. `executor`: any of concurrent.futures, by default a pool of `workers` processes
     (default: all cores); results do not depend on it. Raises HeavyliftError that names the replication, Stopped on

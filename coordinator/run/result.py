@@ -61,7 +61,7 @@ class Result:
 
     @cached_property
     def digest(self) -> str:
-        """The digest of the run, equal to that of a recorded run; "" for a run of a bare kernel system."""
+        """The digest of the run, the same as in its recording; "" for a run of a bare kernel system."""
         return self._run.digest if self._run else ""
 
     def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> "Result":

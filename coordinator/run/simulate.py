@@ -86,7 +86,7 @@ def simulate(
     keep: Sequence[str] = ("*",),
     **options: Any,
 ) -> Result:
-    """Simulate a scene (loaded, its path or name) to its end or `until` [s], or a system of the kernel `until` [s].
+    """Simulate a scene (object, path or name) to its end or to `until` [s], or a system of the kernel to `until` [s].
 
     Samples are taken every `every` [s]; default: as the scene says, for a system a thousandth of the run. `orders`:
     (time [s], order): for a scene in an operator's words, "crane H1: hoist 1 m/min by 1 m"; for a system a function of
@@ -142,8 +142,8 @@ def _of_scene(
 def result_of(
     run: Played, keep: Sequence[str] = ("*",), again: Callable[[list[int]], dict[str, Signal]] | None = None
 ) -> Result:
-    """Return the result of a finished run of a scene; `again` repeats the run to obtain values at other instants
-    [ns]."""
+    """Return the result of a finished run of a scene; `again` computes signals at other times [ns] by repeating the
+    run."""
     signals = _signals(run.t, run.rows, run.layout.channels, keep)
     stages = [(t, name) for t, _, name in run.conduct.stages]
     ends = [t for t, _ in stages[1:]] + [_end(run)]

@@ -38,7 +38,7 @@ class MotionOrder:
 
 @dataclass(frozen=True)
 class MotionGroup:
-    """Moves of one kind: name, orders, whether their speed or their acceleration is varied, and its dimension."""
+    """All moves of one kind in a scene, such as hoisting, whose speed or acceleration a search varies together."""
 
     name: str
     orders: tuple[MotionOrder, ...]
@@ -56,8 +56,8 @@ class MotionGroup:
         return max(order.number for order in self.orders) / float(self.dimension.units[self.unit])
 
     def setting(self, text: str) -> list[str]:
-        """Return settings that scale all moves of the group so that the largest speed or acceleration is this value;
-        raises SceneError."""
+        """Return the settings that give the fastest move of the group this value and scale the others alike; raises
+        SceneError."""
         try:
             part = self.dimension.read(text) / max(order.number for order in self.orders)
         except ValueError as error:

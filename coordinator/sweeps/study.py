@@ -148,7 +148,7 @@ class Study(AbstractContextManager["Study"]):
         return found
 
     def join(self) -> None:
-        """Write all rows of the study to one file."""
+        """Merge the files of rows in the study's folder into one file."""
         from pyarrow import Table, parquet
 
         with writing(self.path / ROWS):

@@ -53,7 +53,7 @@ class Exchange:
         self._publishers[node].put(self._writers[node].frame(payload))
 
     def keep(self, node: str, request: bytes) -> None:
-        """Request a checkpoint from a node; the checkpoint arrives like any other message of the node."""
+        """Request a checkpoint from a node; the answer arrives through `receive` like any other message."""
         Exchange.send(self, node, request)
 
     def _arrived(self, sample: zenoh.Sample) -> None:
@@ -152,8 +152,7 @@ class _Shown:
 
 
 class LocalHub(Exchange):
-    """Hub of a run in one process: connects the coordinator with its nodes by one thread and one session, without a
-    network end point.
+    """Hub of a run in one process, which exchanges messages with its nodes in one thread, without a network.
 
     Each message is sent through Zenoh and queued by a synchronous callback; `receive` passes the queued messages to the
     nodes' handlers, in the order in which they were sent, until a node answers.

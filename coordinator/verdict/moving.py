@@ -227,8 +227,10 @@ def box(s: Moving, turn: Floats) -> Floats:
 
 
 def moving(shapes: Shapes, history: History, joints: Sequence[Joint] = ()) -> list[Moving]:
-    """Return all shapes with their motions; shapes without a recorded pose are omitted. `joints`: joints whose speeds
-    show vibration of bodies between samples."""
+    """Return all solids and taut ropes with their motions over a history, except solids whose pose is not recorded.
+
+    `joints`: joints whose speeds show vibration of bodies between samples.
+    """
     n = len(history.t)
     if not n:
         return []

@@ -26,7 +26,7 @@ Keys: TypeAlias = tuple[str | int, ...]
 
 
 def version_of(text: str) -> str:
-    """Return the version of a text, which is a hash of it."""
+    """Return a hash of a text, by which the workbench recognises that a file has changed."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

@@ -39,8 +39,7 @@ def process_count(text: str | int) -> int:
 def paying_processes(
     asked: int, models: int, run: "Callable[[int, RunObserver], object]", elsewhere: Collection[str] | None = None
 ) -> int:
-    """Return the number of processes in which to run: the number given, or for AUTO the fastest one, which is measured
-    and printed."""
+    """Return the number of processes for a run: `asked`, or for AUTO the fastest according to trial runs."""
     if asked != AUTO:
         return asked
     if elsewhere:
@@ -183,7 +182,7 @@ def given(context: typer.Context) -> "list[Any]":
 
 
 def find_own_modules(references: Iterable[str]) -> None:
-    """Make modules in the current folder importable if references name them; installed modules take precedence."""
+    """Let Python import modules from the current folder, after installed ones, if a reference names one there."""
     names = (text.partition(":")[0].rpartition("=")[2].partition(".")[0] for text in references)
     if os.getcwd() not in sys.path and any(PathFinder.find_spec(name, [os.getcwd()]) for name in names if name):
         sys.path.append(os.getcwd())
@@ -201,7 +200,7 @@ def tell(sheet: "Sheet", as_json: bool) -> None:
 def study_of(
     file: str, sets: list[str] | None, count: int, seed: int = 1, workers: int = 0, executor: Any = None
 ) -> "YardStudy":
-    """Return a study that replicates a yard file and prints a line for each variant."""
+    """Return the study of a yard file with `count` replications, which prints a line for each variant."""
     from heavylift.coordinator.yards.studies import YardStudy
 
     def say(text: str) -> None:
@@ -256,7 +255,7 @@ def wall_s(option: str, text: str) -> float:
 
 
 def deadline_s(text: str) -> float:
-    """Read a deadline [s]; raises SceneError if it is too short for a process."""
+    """Read --deadline, the time [s] within which a process must show progress; raises SceneError if it is too short."""
     seconds = wall_s("--deadline", text)
     if seconds < LEAST_s:
         raise SceneError(f"--deadline '{text}': a process needs at least {LEAST_s:g} s")
@@ -264,7 +263,7 @@ def deadline_s(text: str) -> float:
 
 
 def end_by(strict: bool, fail_on: str, *states: str) -> None:
-    """End the command with exit code 1 if --strict or --fail-on does not accept the state of the verdict."""
+    """End the command with exit code 1 if a verdict has one of the states that --strict or --fail-on rejects."""
     worst = {"red": 1, "undecided": 2, "amber": 3}
     if min(worst.get(state, 4) for state in (*states, "")) <= max(2 * strict, worst.get(fail_on, 0)):
         raise typer.Exit(1)

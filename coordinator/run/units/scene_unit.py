@@ -158,7 +158,7 @@ class SteppedScene:
         self.run.stop = FOREVER.t if stop_time is None else seconds(stop_time)
 
     def step(self, to: float, log: Callable[[str], object], events: bool = False) -> bool | None:
-        """Advance to a time [s] or, with `events`, to the first event before it; return whether there was one.
+        """Advance to a time [s], or with `events` to the first event before it; return whether an event ended the step.
 
         None: the step is refused, with the reason in the log.
         """
@@ -186,8 +186,8 @@ class SteppedScene:
 
 
 def led(plan: Plan, masters: tuple[UserModel, ...], wind: bool) -> Plan:
-    """Return a plan in which an importing program sets the speeds of the drives and winches in `masters` and of the
-    wind."""
+    """Return the plan with the models `masters`, through which an importing program orders speeds, and with settable
+    wind if `wind`."""
     plan = msgspec.structs.replace(plan, models=(*plan.models, *masters))
     if not wind:
         return plan

@@ -23,7 +23,7 @@ MOST = 5.0  # times what the errors of steps are, they may be reported to be whe
 
 @pytest.mark.parametrize("named", NAMED)
 @pytest.mark.parametrize("scene", ["lift", "turnover", "tandem"])
-def test_errors_are_measured_by_default_unless_the_scene_states_quantities_accuracy_level_or_steps(
+def test_errors_are_measured_by_default_unless_the_scene_states_quantities_accuracy_model_level_or_steps(
     scene: str, named: str
 ) -> None:
     assert load(scene).question == Question(MEANT, 0.01)

@@ -120,7 +120,7 @@ def test_only_the_selected_part_of_a_recording_is_replayed(recorded: RecordedRun
 
 
 @pytest.mark.large
-def test_without_a_terminal_replay_has_no_keys(lift: Path) -> None:
+def test_a_replay_without_a_terminal_has_no_key_control(lift: Path) -> None:
     arguments = [HEAVYLIFT, "replay", lift, "--rate", "1000", "--topics", "*/stage"]
     done = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0

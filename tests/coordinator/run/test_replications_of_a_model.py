@@ -84,7 +84,7 @@ def test_the_confidence_interval_uses_students_t_distribution() -> None:
     assert (alone.mean, isnan(alone.half)) == (4.0, True)
 
 
-def test_the_replication_command_reports_means_and_their_samples(tmp_path: Path) -> None:
+def test_the_replication_command_reports_means_and_the_values_of_each_replication(tmp_path: Path) -> None:
     asked = ("devs", MMC, "--until", "20s", "--json")
     message = json.loads(finish(tmp_path, *asked, "--replications", "2", "--processes", "1", "--seed", "7")[1])
     with ThreadPoolExecutor(1) as executor:

@@ -48,7 +48,7 @@ def leads(scene: LoadedScene, stage: str) -> dict[str, float]:
     return found
 
 
-def test_a_hanging_load_leans_by_the_push_of_the_wind_over_its_weight(lift: Lift) -> None:
+def test_a_load_in_wind_leans_by_the_ratio_of_wind_force_to_weight(lift: Lift) -> None:
     speed, area, push = stated(lift, Random(lift.text))
     scene = lift.read(f"factors={{wind: {speed!r} m/s, area: {area!r} m2}}")
     found, shapes = rows(scene), Shapes(scene.plan)
@@ -75,7 +75,7 @@ def test_the_reported_off_lead_of_ropes_in_wind_is_that_of_statics_with_a_wind_f
     assert found == pytest.approx({hook: blown[hook] for hook in found}, rel=ALONE if len(found) == 1 else SHARED)
 
 
-def test_an_off_lead_in_wind_beyond_its_limit_is_red(lift: Lift) -> None:
+def test_an_off_lead_in_wind_beyond_its_limit_gives_a_red_check(lift: Lift) -> None:
     sets = "limits={off-lead: 1 deg}", "factors={wind: 10 m/s, area: 1e4 m2}"
     found = rows(lift.read(*sets))
     assert {(x.state, x.limit) for x in found} == {("red", radians(1.0))}

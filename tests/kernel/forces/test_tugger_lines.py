@@ -71,7 +71,7 @@ def test_a_constant_horizontal_pull_shifts_a_pendulum_and_shortens_its_period() 
     assert q - rest == pytest.approx(SMALL * np.cos(w * t), abs=0.02 * SMALL)
 
 
-def test_the_tension_spread_of_a_tugger_line_takes_the_same_amplitude_from_each_swing() -> None:
+def test_friction_of_a_tugger_line_takes_the_same_amplitude_from_each_swing() -> None:
     """Dry friction of s T takes 2 s T / k from each half swing, k = W / L (below: of angles, by its swing at rest)."""
     pull, spread, begin = 2e4, 0.1, 0.1
     weight = np.hypot(MASS * G, pull)

@@ -268,7 +268,7 @@ def test_pairs_of_vessels_that_do_not_fit_their_hull_data_are_refused(
         load(placed(tmp_path, pair, text().replace(old, new)))
 
 
-def test_wave_interaction_of_two_hulls_with_shared_data_is_not_reported_as_not_checked(
+def test_wave_interaction_of_two_hulls_with_shared_data_is_not_listed_as_unchecked(
     tmp_path: Path, pair: Hydrodynamics
 ) -> None:
     both = checks_of(load(placed(tmp_path, pair, text())).plan, [], [], None, [])
