@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
 
 RUBS = ("rub", "brake")  # kinds of guards that watch dry friction
+SLIDING = {
+    "rub": (SupportAt.CLOSED, SupportAt.STICK, SupportAt.KT),
+    "brake": (BrakeAt.ENGAGED, BrakeAt.STICK, BrakeAt.K),
+}
 SETTLED = 20  # rounds of switching at one pose after which laws contradict each other
 OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed"}
 
@@ -85,9 +89,8 @@ def release(simulation: Simulation) -> float:
     program = simulation.program
     for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):
         p = simulation.P[program.parameters.at[law.law.kind, law.name]]
-        holds, of = (SupportAt.STICK, SupportAt.KT) if kind == "rub" else (BrakeAt.STICK, BrakeAt.K)
-        acts = SupportAt.CLOSED if kind == "rub" else BrakeAt.ENGAGED
-        if p[holds] > 0.0 or p[acts] <= 0.0 or p[of] <= 0.0:
+        acts, sticks, stiff = SLIDING[kind]
+        if not (p[acts] > 0.0 and p[sticks] <= 0.0 and p[stiff] > 0.0):
             continue
         row = row or simulation.row()
         shown = program.shown(law, row)

@@ -136,11 +136,9 @@ class Poses:
         `basis`: the allowed motions, as the method `basis` returns them.
         """
         self._B = basis
-        if basis is None:
-            whole = self._eye / h**2 - K
-        else:
-            whole, n = self._eye.copy(), basis.shape[1]
-            whole[:n, :n] = whole[:n, :n] / h**2 - basis.T @ K @ basis
+        K = K if basis is None else basis.T @ K @ basis
+        whole, n = self._eye.copy(), len(K)
+        whole[:n, :n] = whole[:n, :n] / h**2 - K
         self._tangent.factors.write(self._M, whole)
         self._factorise()
 

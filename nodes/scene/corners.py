@@ -110,7 +110,8 @@ def rated(
     limits = [_spread(limit, corners) for limit in nominal.plan.limits]
     moved, sizes = given.cog or (), partial(_borne, (given.weight or 1.0) * (given.cog_factor or 1.0))
     uses = [use for use in usual.uses if use.limit.quantity in FACTORED]
-    centred, inputs = Corners(nominal, _factored, _sizes_of(uses)), Corners(nominal, sizes)
+    centred = Corners(nominal, lambda there: _uses(with_limits(there, FACTORED)), _sizes_of(uses))
+    inputs = Corners(nominal, sizes)
     centres = Corners(nominal, sizes, inputs.usual)
     for signs in product(*((-1, 1) if half else (0,) for half in moved)) if moved else ():
         way = [sign * half for sign, half in zip(signs, moved, strict=True)]
@@ -132,11 +133,6 @@ def rated(
     return [*limits, *rows, *lost]
 
 
-def _factored(scene: LoadedScene) -> dict[Key, float]:
-    """Return the utilisation at rest of each limit from which a design load is made."""
-    return _sizes_of(with_limits(scene, FACTORED).uses)
-
-
 def _borne(factor: float, scene: LoadedScene) -> dict[Key, float]:
     """Return the utilisation at rest of each limit of what bears the load, if what hangs on the hooks, with the slings
     and shackles that the model leaves out, weighs `factor` times as much."""
@@ -151,9 +147,8 @@ def _borne(factor: float, scene: LoadedScene) -> dict[Key, float]:
         else F + (factor - 1.0) * np.maximum(0.0, F - own.get(name, 0.0)) + factor * hung.get(name, 0.0)
         for name, F in signals.tensions.items()
     }  # fmt: skip
-    each = [x if x.quantity == "frame load" else msgspec.structs.replace(x, rigging=0.0) for x in plan.limits]
-    plan = msgspec.structs.replace(plan, limits=tuple(each))
-    return _sizes_of(uses_of(plan, [replace(signals, tensions=loads)]))
+    each = (x if x.quantity == "frame load" else msgspec.structs.replace(x, rigging=0.0) for x in plan.limits)
+    return _sizes_of(uses_of(msgspec.structs.replace(plan, limits=tuple(each)), [replace(signals, tensions=loads)]))
 
 
 def with_limits(scene: LoadedScene, quantities: Collection[Quantity]) -> LoadedScene:
