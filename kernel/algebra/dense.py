@@ -18,7 +18,7 @@ SWEEPS = 60  # far more than any matrix needs
 
 
 def dot(a: Row, b: Row) -> float:
-    """Return the dot product of two vectors: rounded products, summed exactly, rounded once; inf or nan on overflow."""
+    """Return the dot product of two vectors, with an exact sum of the rounded products; inf or nan on overflow."""
     try:
         return fsum(map(mul, a, b))
     except OverflowError:
@@ -106,7 +106,7 @@ def singular_values(A: Matrix) -> list[float]:
 
 
 def combinations(A: Matrix, least: float) -> list[dict[int, float]]:
-    """Return a basis of the left null space of A; each basis vector maps row numbers to coefficients.
+    """Return the linear combinations of rows of A that vanish (left null space): dicts of coefficients by row number.
 
     Elimination with complete pivoting keeps zeros, so that locally coupled rows give local vectors; remainders up to
     `least` times the largest element count as zero.

@@ -33,8 +33,7 @@ class Corrector:
         self.renew(simulation.state[: simulation.program.nq].copy())
 
     def renew(self, q: np.ndarray) -> None:
-        """Restart the prediction of equilibria at pose q (nq,) with a new stiffness, after commands or state
-        changes."""
+        """Restart the prediction of equilibria at pose q (nq,) with a new stiffness, after commands or switching."""
         if self._program is not self._simulation.program:
             self._program = self._simulation.program
             self.poses = Poses(self._simulation)
@@ -98,7 +97,7 @@ class Corrector:
         return found, bend
 
     def corrected(self, q: np.ndarray) -> np.ndarray | None:
-        """Return the equilibrium near a pose with all discrete states unchanged; None if there is none."""
+        """Return the equilibrium near a pose q (nq,) with frozen discrete states; None if Newton's method fails."""
         poses, last, fresh, stalled = self.poses, inf, 0, 0
         before = inf
         for _ in range(NEWTON):

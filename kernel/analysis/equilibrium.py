@@ -39,10 +39,9 @@ OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed
 
 
 def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
-    """Switch the force laws whose guards (event functions) are negative at pose q (nq,), until none is; return the
-    changes.
+    """Switch the force laws whose guards (event functions) are negative at pose q (nq,); return the changes.
 
-    If `thresholds`, switch armed thresholds of signals, too.
+    Repeated until no guard is negative. If `thresholds`, switch armed thresholds of signals, too.
     """
     simulation = poses.simulation
     guards = simulation.program.guards
@@ -100,7 +99,7 @@ def release(simulation: Simulation) -> float:
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Return the net changes of a list of state changes: the last one of each force law that has not switched back."""
+    """Return the last change of each force law, without the laws that have switched back to their first state."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}
@@ -132,8 +131,7 @@ SHORT, LONG = 0.1, 100.0  # [s] of pseudo time; LONG leaves neutral directions a
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A pose at rest: coordinates q (nq,), tension of each rope and normal force of each support [N], and the number of
-    iterations needed."""
+    """A pose at rest: coordinates q (nq,), rope tensions and support forces [N], and number of iterations needed."""
 
     q: np.ndarray
     tensions: dict[str, float]
@@ -157,8 +155,10 @@ def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilib
 
 
 def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
-    """Return the pose at rest (nq,) that is reached from q, the number of iterations, and the state changes of force
-    laws. Raises KernelError naming a body that does not come to rest."""
+    """Return the pose at rest (nq,) reached from q, the number of iterations, and the state changes of force laws.
+
+    Raises KernelError naming a body that does not come to rest.
+    """
     h, before, last, stalled, onward, way = SHORT, np.inf, np.inf, 0, False, np.zeros(len(poses.free))
     events: list[StateChange] = []
     for steps in range(MOST + MORE):

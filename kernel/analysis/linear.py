@@ -109,7 +109,7 @@ class _Linearised:
                 )
         if held and np.abs(self.v).max() > STILL:
             raise KernelError(
-                f"linearise: {names[held[0]]} holds moving bodies; a scene with loops "
+                f"linearise: the bodies at {names[held[0]]} are moving; a scene with loops "
                 "or rigid ropes can be linearised only at rest"
             )
 
@@ -299,7 +299,7 @@ def _state_names(p: Program) -> list[str]:
 
 
 def unit_of(p: Program, topic: str, i: int, unit: str) -> str:
-    """Return the unit of the i-th column of a topic such as "joint/velocity"; `unit`: that of topics with only one."""
+    """Return the unit of the i-th column of a topic such as "joint/velocity"; other topics have the unit `unit`."""
     if topic.startswith("pose/"):
         return "m" if i < 3 else "1"
     units: dict[str, list[str]] = {"joint/position": [], "joint/velocity": []}

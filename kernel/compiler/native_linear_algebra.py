@@ -83,8 +83,10 @@ class FactorLayout:
                 _less(c, other, [c.load(c.at(p, k)) for p in other], factors, first, stride)
 
     def solve(self, c: LoopEmitter, x: list[str]) -> None:
-        """Emit the loops that overwrite b with the solution x of A x = b, from the factors of A in block M; x is
-        `stride` long, with zeros after its first n numbers."""
+        """Emit the loops that overwrite b with the solution x of A x = b, from the factors of A in block M.
+
+        x is `stride` long, with zeros after its first n numbers.
+        """
         n, stride = self.n, self.stride
         planes = [c.at("%M", p) for p in self.matrix]
         with c.loop(0, n) as k:
@@ -143,9 +145,10 @@ class FactorLayout:
 
 
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
-    """Return the native function that solves A x = b with stored LU factors of A, for the first n components of b.
+    """Return the native function that solves A x = b with stored LU factors of A (n, n).
 
-    The remaining of the `ny` components are multiplied by `tail`. Outputs: real part `re`, imaginary part `im`.
+    b has `ny` components; those after the first n are multiplied by `tail`. Outputs: real part `re`, imaginary part
+    `im`.
     """
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride

@@ -32,8 +32,7 @@ class VectorEmitter(Protocol):
 
 
 class Wide:
-    """Emitter of the loops for the long vectors of one traced function: determines which vectors share a loop and which
-    are kept in memory."""
+    """Emitter of loops for the long vectors of one traced function; decides which vectors share a loop."""
 
     def __init__(self, code: VectorEmitter, f: Function, order: Sequence[Sym | SimdBatch]) -> None:
         self._code = code

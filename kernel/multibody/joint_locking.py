@@ -62,8 +62,7 @@ def check_locks(system: System, graph: Graph) -> None:
 
 
 def halt_function(k: int, tree: Tree) -> Function:
-    """Return the traced function, for one kind of tree, of the velocities after its locked joints have stopped and of
-    the impulses in prescribed joints."""
+    """Return the traced function that stops a tree's locked joints: new velocities, impulses in prescribed joints."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
 
     def halt(q: Array, v: Array, P: Array) -> Outputs:

@@ -17,7 +17,7 @@ from heavylift.kernel.errors import KernelError
 
 
 def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str, Joint], tuple[Joint, ...]]:
-    """Return the joint that carries each body, and the joints that close loops, in the order of the list.
+    """Return the joint that carries each body, and the joints that close loops, in the order of `joints`.
 
     Raises KernelError for a joint that connects a body to itself, and for a loop in which no joint can be cut.
     """

@@ -52,8 +52,10 @@ class CommandSwitches:
         references.admit = switches.admit = self.admit
 
     def admit(self, what: str) -> None:
-        """Register a command to the simulation, after which `settle` checks the guards again. Raises KernelError if
-        commands are not allowed now (see `call_protocol`)."""
+        """Register a command to the simulation, after which `settle` checks the guards again.
+
+        Raises KernelError if commands are not allowed now (see `call_protocol`).
+        """
         self._order.command(what, self._native.epoch)
         self._events.forget()
 
@@ -233,8 +235,7 @@ def _moving_drive(program: Program, v: np.ndarray) -> str:
 
 
 class LiftRowsView(Protocol):
-    """Interface of the sample rows recorded after the events of one lift among several: times [ns] and rows; `method`
-    describes their layout."""
+    """Interface of the sample rows of one lift, recorded after its events: times [ns], rows, and layout in `method`."""
 
     name: str
     method: Stepping
@@ -242,8 +243,10 @@ class LiftRowsView(Protocol):
 
 
 class CommandTarget(ABC):
-    """Interface of a simulation that receives commands; each command raises KernelError for an unknown name and when
-    called out of order."""
+    """Interface of a simulation that receives commands.
+
+    Each command raises KernelError for an unknown name and when called out of order.
+    """
 
     @property
     def alone(self) -> Sequence[LiftRowsView]:

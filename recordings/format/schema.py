@@ -84,8 +84,7 @@ class Template:
         return out
 
     def decode(self, data: NDArray[np.uint8], *wanted: slice) -> list[NDArray[np.float64]]:
-        """Return the numbers (n, numbers) in messages (n, bytes) from `encode`; raises ValueError for other
-        messages."""
+        """Return the numbers (n, numbers) in messages (n, bytes) from `encode`; raises ValueError for others."""
         if data.shape[1] != len(self._image) or ((data != self._image) & self._fixed).any():
             raise ValueError(WRONG)
         starts = (self._starts[x] for x in wanted)
@@ -166,7 +165,7 @@ class RecordedEvent(msgspec.Struct, frozen=True):
 
 
 def event_schema(value: Mapping[str, object]) -> bytes:
-    """Return the JSON Schema of an event record whose `value` has the given schema, whose $defs move to the root."""
+    """Return the JSON Schema of an event record; `value`: schema of its value, whose $defs move to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}
     schema = _record(
         t_ns=INTEGER, microstep=INTEGER, source=STRING, port=STRING, index=INTEGER, type=STRING, value=inner

@@ -98,8 +98,10 @@ def boxes_of(data: bytes) -> list[DrawnBox]:
 
 
 def log_message(t_ns: int, level: str, name: str, message: str, number: int = 0) -> bytes:
-    """Return a foxglove.Log message. `level`: debug, info, warning, error or fatal; `number`: number of a note, stored
-    in the field `line`."""
+    """Return a foxglove.Log message; `level`: debug, info, warning, error or fatal.
+
+    `number`: number of a note, stored in the field `line`.
+    """
     log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message, line=number)
     return bytes(log.SerializeToString())
 
@@ -177,8 +179,10 @@ class Ropes:
         return moved
 
     def messages(self, times: Sequence[int], poses: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return SceneUpdate messages (n, bytes) of the rope lines at these times [ns], for the poses (n, bodies, 7) of
-        the bodies [m, quaternion x y z w]."""
+        """Return SceneUpdate messages (n, bytes) of the rope lines at these times [ns].
+
+        poses (n, bodies, 7): [m, quaternion x y z w].
+        """
         ground = np.broadcast_to(self._ground, (len(poses), 1, 7))
         pose = np.concatenate([poses, ground], axis=1)[:, self._body]
         places = pose[:, :, :3] + turned(pose[:, :, 3:], self._points)

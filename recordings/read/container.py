@@ -135,7 +135,7 @@ class Container:
         if self.size < 2 * len(MAGIC) + FOOTER.size or self._stream.read() != MAGIC:
             raise self.error(
                 "the file is cut off: its end is missing, as in the .part file of a run that was killed; "
-                f"`heavylift recover {path}` saves what there is"
+                f"`heavylift recover {path}` saves what can be read"
             )
         self._check_summary()
         self._stream.seek(0)

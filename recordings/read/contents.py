@@ -146,8 +146,7 @@ class _Lift:
         return min(len(self._waiting[kind]) for kind in self._forms) >= BLOCK
 
     def joined(self) -> tuple[list[int], Floats, Floats | None]:
-        """Return the times [ns] of pending rows, their numbers, and the numbers joined with the poses (None if the
-        times of numbers and poses differ)."""
+        """Return the pending rows: times [ns], numbers, numbers joined with poses (None if poses have other times)."""
         at, parts = list[list[int]](), list[Floats]()
         for kind in sorted((kind for kind in self._forms if self._waiting[kind]), reverse=True):  # samples, then poses
             waiting, self._waiting[kind] = self._waiting[kind], []
@@ -243,8 +242,7 @@ def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice])
 def with_own_rows(
     signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
-    """Return the columns of a signal, with the rows recorded at events of single lifts merged in; at equal times, these
-    rows come last."""
+    """Merge the rows recorded at events of single lifts into a signal; at equal times, they come last."""
     for topic in topics:
         found = _form(topic.name, topic.metadata, signal)
         if found is None:

@@ -263,7 +263,7 @@ def test_the_recorder_refuses_events_on_undeclared_ports_and_topics_declared_twi
         "rope line on girder: the samples have no pose of this body; check the name": lambda: rec.ropes(
             0, [RopeLine("r", "girder", (0, 0, 0), "hook", (0, 0, 0))]
         ),
-        "samples from number 0: 1 rows of 20 values are 160 bytes, but 8 came; the sender's layout differs "
+        "samples from number 0: 1 rows of 20 values are 160 bytes, but 8 arrived; the sender's layout differs "
         "from the announced one": lambda: rec.samples(b"\x93\x00\x91\x00\xc4\x08" + bytes(8)),
     }
     for sentence, call in refused.items():
@@ -272,7 +272,7 @@ def test_the_recorder_refuses_events_on_undeclared_ports_and_topics_declared_twi
         assert str(error.value) == sentence
     rec.close()
     bare = Recorder(tmp_path / "bare.mcap", {})
-    with pytest.raises(RecordingError, match="samples came before their layout; announce the layout first"):
+    with pytest.raises(RecordingError, match="samples arrived before their layout; announce the layout first"):
         bare.samples(batch(0, 1))
     bare.close()
 

@@ -64,8 +64,7 @@ class OrientedBox:
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
 
     def depth(self, x: Array, body: Side) -> Witness:
-        """Return the signed distance [m] of a point of `body` from the box (the largest over the axes), and its
-        rate."""
+        """Return the largest distance [m] over the axes by which a point of `body` is outside the box, and its rate."""
         s, v = self.outside(x, body)
         # the largest over three axes: negative inside; the maximum is the nearer face's distance
         first = s[0] > s[1]
@@ -73,8 +72,12 @@ class OrientedBox:
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Return the gap [m] of a point of `body` above a face of the box, and its rate; beside the face the result of
-        `depth`. `faces`: 3 flags, one per axis of the box, that mark the face."""
+        """Return the gap [m] between a point of `body` and a face of the box, and its rate.
+
+        Beside the face, the result of `depth`. `faces`: one flag per axis of the box, true for that of the face.
+
+        `faces`: one flag per axis of the box, true for that of the face.
+        """
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):
@@ -155,8 +158,10 @@ def _faces(apart: list[Scalar]) -> list[Scalar]:
 
 @dataclass(frozen=True)
 class Direction:
-    """A direction n = a_i x b_j perpendicular to one edge of each of two boxes, pointing from B to A; `separation` of
-    the boxes along it [m]."""
+    """A direction n perpendicular to one edge of each of two boxes, pointing from B to A.
+
+    n = a_i x b_j; `separation`: distance of the boxes along it [m].
+    """
 
     i: int
     j: int
@@ -182,8 +187,7 @@ def _crossing(a: OrientedBox, b: OrientedBox, i: int, j: int) -> Direction:
 
 
 def edge(box: OrientedBox, i: int, signs: tuple[float, float]) -> Any:
-    """Return the midpoint, in world axes, of the edge of a box along its axis i; `signs`: on which side of the box the
-    edge lies along the other two axes."""
+    """Return the midpoint, in world axes, of an edge of a box along its axis i; `signs` selects one of the four."""
     k, l = (i + 1) % 3, (i + 2) % 3
     return box.c + signs[0] * box.h[k] * box.axes[k] + signs[1] * box.h[l] * box.axes[l]
 
@@ -219,7 +223,7 @@ THIN = 1e-4  # [m] what is thinner counts as that thick, so that two points do n
 
 
 def passes(c: Contact) -> bool:
-    """Return whether two contact shapes could pass through each other within a long step, as balls and boxes can."""
+    """Return whether two contact shapes could pass through each other within a long step."""
     return not isinstance(c.b, Plane)
 
 

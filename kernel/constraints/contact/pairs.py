@@ -42,8 +42,10 @@ class ContactPair:
 
 
 def shape_numbers(s: Shape) -> list[float]:
-    """Return the numbers that describe a contact shape. Ball: centre, radius; box: centre, axes as rows, half edges;
-    plane: point, normal."""
+    """Return the numbers that describe a contact shape.
+
+    Ball: centre, radius; box: centre, axes as rows, half edges; plane: point, normal.
+    """
     if isinstance(s, Ball):
         return [*s.p, s.radius]
     if isinstance(s, Box):
@@ -180,7 +182,7 @@ def pair_of(c: Contact) -> ContactPair:
     if pair is None:
         a, b = type(c.a).__name__.lower(), type(c.b).__name__.lower()
         known = ", ".join(f"{x.__name__.lower()} - {y.__name__.lower()}" for x, y in PAIRS)
-        raise KernelError(f"contact '{c.name}': {a} against {b}; possible pairs are {known}, in this order")
+        raise KernelError(f"contact '{c.name}': {a} against {b} is not possible; pairs, in this order, are {known}")
     return pair
 
 

@@ -6,6 +6,8 @@ The source of a number is the scene, the machine type or, for a default value, "
 from collections.abc import Iterator, Sequence
 
 from heavylift.kernel.description.forces import Wind
+from heavylift.kernel.description.mechanics import Point
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan.limit import TOUCHING, RatedLimit
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
@@ -112,7 +114,7 @@ def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
 
 
 def _fenders(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the limits of the reactions of fenders, and of the obstacles that have one."""
+    """Yield the limits of the reactions of fenders, and of the obstacles that have one; no vessel may miss a face."""
     scene, contacts = builder.scene, dict[str, list[str]]()
     for contact in (contact for machine in builder.machines for contact in machine.system.contacts):
         contacts.setdefault(contact.b.body, []).append(contact.name)
@@ -125,6 +127,18 @@ def _fenders(builder: SceneBuilder) -> Iterator[RatedLimit]:
             source="the scene" if most else "", note="" if most else "give its 'capacity'",
             where=builder.source.where((key, name)),
         )  # fmt: skip
+    for name, fender in scene.fenders.items():
+        where, of = builder.source.where(("fenders", name)), f"{fender.vessel} beside the face of {name}"
+        if fender.size is None:
+            yield RatedLimit(subject=of, quantity="inputs", unit="", note="give the 'size' of the face", where=where)
+            continue
+        numbers = (fender.size[0] / 2, fender.size[1] / 2)
+        signal = ScalarSignal(
+            "overhang", point=Point(fender.vessel, fender.meets), origin=Point(f"{name}.face"), numbers=numbers
+        )
+        yield RatedLimit(
+            subject=of, quantity="signal", unit="m", value=0.0, signal=signal, source="its size", where=where
+        )
 
 
 def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
