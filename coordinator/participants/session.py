@@ -13,7 +13,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
+from heavylift.nodes.devs import FOREVER, Event, Simulator, Steppable, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving, goes_on
 from heavylift.nodes.plan.plan import Plan
 
@@ -48,7 +48,8 @@ class Session(Generic[Kernel]):
         self._hear, self._plan = hear, plan
         self._patient = end is None and plan.end is None
         end = end or Tag(PATIENCE_ns if plan.end is None else seconds(plan.end))
-        wires, nodes, homes = built.wires, {**built.acting, KERNEL: self.kernel}, built.homes
+        wires, homes = built.wires, built.homes
+        nodes: dict[str, Steppable] = {**built.acting, KERNEL: self.kernel}
         self.core = Lockstep(
             nodes, wires.couplings, end, wires.finish, self._heard, wires.outside, plan.microsteps, homes
         )
