@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from heavylift.coordinator.ladder.in_memory import Played
+from heavylift.coordinator.record.in_memory import Played
 from heavylift.kernel.errors import KernelError, RecordingError, SignalError, extra
 from heavylift.kernel.islands.dense_output import instants_of
 from heavylift.recordings.format.schema import RecordedEvent

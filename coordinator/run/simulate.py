@@ -17,9 +17,9 @@ from typing import Any, overload
 import msgspec
 import numpy as np
 from heavylift.coordinator.ladder.choosing import chosen
-from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.coordinator.live.command_queue import TimedCommand
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
+from heavylift.coordinator.record.in_memory import Played, play
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, SceneError, SignalError
 from heavylift.kernel.islands import choice
