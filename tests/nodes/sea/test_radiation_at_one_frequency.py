@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Ladder, ModelLevel, at_level, play
+from heavylift.coordinator.ladder import Ladder, ModelLevel, at_level
+from heavylift.coordinator.record import play
 from heavylift.kernel.description import Bushing, Radiation
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
