@@ -1,7 +1,7 @@
 """Receivers of the kernel's sample rows: nobody, the largest values only, or encoded batches for whoever records them.
 
 A batch is [first, times, rows, notes, period, lift] in MessagePack, as `recordings/format/samples.py` reads it; rows of
-a lift that is simulated apart are numbered by themselves. Rows in memory are kept by `coordinator/ladder/keeping.py`.
+a lift that is simulated apart are numbered by themselves. Rows in memory are kept by `coordinator/record/kept_rows.py`.
 """
 
 from collections.abc import Callable, Sequence
