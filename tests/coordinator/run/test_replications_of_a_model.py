@@ -65,7 +65,7 @@ def test_replications_in_the_flat_simulator_equal_runs_over_the_protocol(seed: i
     draw = Random(seed)
     servers, arrivals, again = draw.randint(1, 4), draw.uniform(0.5, 2.0), draw.uniform(0.0, 0.5)
     until = draw.choice([0.0, draw.uniform(0.0, 25.0), draw.uniform(0.0, 25.0)])
-    stop = draw.choice(["", "station.left", "source.stop"])
+    stop = draw.choice(["", "station.left", "source.job"])
     reference = f"{MMC}({servers}, {arrivals!r}, 1.2, {again!r})"
     with ThreadPoolExecutor(1) as executor:
         found = replicate(reference, 2, seed, until=until, stop=stop, executor=executor)
