@@ -108,7 +108,7 @@ def test_an_event_from_outside_before_the_safe_time_or_without_a_receiver_is_ref
     run.advance(Tag(30))
     with pytest.raises(ProtocolError, match="has already been computed"):
         run.inject(*spoken([(1, 5)]))
-    with pytest.raises(ProtocolError, match="not coupled to any node"):
+    with pytest.raises(ProtocolError, match="no node receives outside events"):
         run.inject(stepped(3).events[0])
 
 
