@@ -147,7 +147,7 @@ def test_an_ordered_tension_is_an_input_of_the_linear_model_in_newtons() -> None
     """A horizontal force F at the end of the arm turns a pendulum by F / (m g) at rest."""
     ends = {"a": Point("world", (FAR, 0.0, -LENGTH)), "b": Point("load", (0.0, 0.0, -LENGTH))}
     model = linear_model(
-        started(pendulum(structs.replace(LINE, **ends, tension=1.0, rate=1.0))), ["tug"], ["joint/position"]
+        started(pendulum(structs.replace(LINE, **ends, tension=1.0, rate=1.0))), ["tug"], ["joint/position/*"]
     )
     assert [(x.name, x.unit) for x in model.inputs] == [("tug", "N")]
     gain = model.D - model.C @ np.linalg.solve(model.A, model.B)
