@@ -133,8 +133,8 @@ def open_streams() -> None:
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """Context for pipes closed by their reader: writing to standard output raises ReaderLeft, to standard error does
-    nothing."""
+    """Context for output pipes whose reader may leave: standard output then raises ReaderLeft, standard error ignores
+    it."""
     out, err = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = out and _Heard(out, True), err and _Heard(err, False)
     try:

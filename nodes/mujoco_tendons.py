@@ -27,8 +27,9 @@ POSES = 16  # besides that of the file
 
 
 class WrappedTendons:
-    """Converter of MuJoCo's wrapped tendons into ropes. `data`: kinematics in the pose of the file, `bodies`: body
-    names."""
+    """Converter of MuJoCo's wrapped tendons into ropes.
+
+    `data`: kinematics in the pose of the file; `bodies`: body names."""
 
     def __init__(self, library: Any, model: Any, bodies: list[str]) -> None:
         self.m, self.bodies, self.data = model, bodies, library.MjData(model)
@@ -54,8 +55,9 @@ class WrappedTendons:
             yield data
 
     def rope(self, i: int, name: str, k: float, length: float, damping: float) -> Reeving | None:
-        """Return tendon i as an elastic rope; None if the tendon cannot be converted. `k`: stiffness [N/m]; `length`:
-        unstretched length [m]."""
+        """Return tendon i as an elastic rope; None if the tendon cannot be converted.
+
+        `k`: stiffness [N/m]; `length`: unstretched length [m]."""
         m, nodes = self.m, range(self.m.tendon_adr[i], self.m.tendon_adr[i] + self.m.tendon_num[i])
         kinds = [int(m.wrap_type[w]) for w in nodes]
         if not {*kinds} <= {SITE, SPHERE, CYLINDER}:  # each geom is between two sites

@@ -332,5 +332,5 @@ def export_fmu(
 
         made = export(chosen(loaded), output or Path(f"{loaded.plan.name}.fmu"), force, inputs or (), fmi)
     except ImportError:
-        raise SceneError("a unit of FMI is made with pythonfmu: pip install 'heavylift[fmi]'") from None
+        raise SceneError("an FMU is made with pythonfmu: pip install 'heavylift[fmi]'") from None
     typer.echo(f"wrote {made}")

@@ -62,7 +62,7 @@ class CertificateLibrary:
             raise ProtocolError(f"{path} is not a valid certificate; delete it and create a new one") from None
 
     def key_of(self, path: Path) -> EllipticCurvePrivateKey:
-        """Read the private key in a PEM file; raises ProtocolError if it is no EC key."""
+        """Read the private key in a PEM file; raises ProtocolError if the file holds no elliptic-curve key."""
         try:
             key = self.forms.load_pem_private_key(path.read_bytes(), None)
         except (OSError, ValueError, TypeError):

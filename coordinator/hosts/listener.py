@@ -64,10 +64,7 @@ class JoinRequest(msgspec.Struct, frozen=True):
 
 
 class JoinReply(msgspec.Struct, frozen=True):
-    """Reply to a join request: the run id, a ticket (without a password), or the reason for a refusal.
-
-    The ticket contains no password, since certificates identify remote processes.
-    """
+    """Reply to a join request: the run id, a ticket (without a password), or the reason for a refusal."""
 
     ticket: Ticket | None
     refusal: str = ""
@@ -213,7 +210,7 @@ class RemoteListener:
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 
     def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> JoinHandshake:
-        """Start answering join requests; arguments as in `JoinHandshake`."""
+        """Start answering the requests of remote processes to join the run, and return the object that answers."""
         return JoinHandshake(hub, session, scene, say)
 
     def listening(self) -> dict[str, object]:

@@ -59,8 +59,8 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene with the loosest accuracy, of those in `ACCURACIES`, that leaves no check undecided; otherwise
-    with the tightest."""
+    """Return the scene with the first of the `ACCURACIES`, loosest first, that leaves no check undecided, or else the
+    tightest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))

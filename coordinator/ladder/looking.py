@@ -115,8 +115,7 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """Return the error due to a model level, estimated from the largest difference of its figures to those of its
-    witnesses."""
+    """Return the error due to a model level, estimated by comparison with levels that include what it omits."""
     # the finest level has no better one: its error is smaller than the difference to the coarser one
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))

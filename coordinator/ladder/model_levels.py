@@ -123,10 +123,7 @@ class ModelLevel:
 
 @dataclass(frozen=True)
 class Ladder:
-    """All combinations of model level and time steps for a plan, except where the scene's settings `named` fix them.
-
-    `named`: settings that the scene fixes.
-    """
+    """All combinations of model level and time steps for a plan, except where the scene's settings `named` fix them."""
 
     plan: Plan
     named: Sequence[str] = ()
@@ -177,7 +174,7 @@ class Ladder:
 
     @property
     def poorer(self) -> Fidelity | None:
-        """The model level next to the finest one, to estimate the error of the finest; None if there is only one
+        """The model level just below the finest one, for the error estimate of the finest; None if there is only one
         level."""
         return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
 

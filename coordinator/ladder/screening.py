@@ -46,8 +46,8 @@ class LedPendulum(NamedTuple):
         return hypot(self.y, self.v / self.w) if self.w else 0.0
 
     def led(self, ramps: Sequence[Ramp], w: float, start: float, end: float) -> "LedPendulum":
-        """Return the pendulum's state at time `end` [s], after its pivot has moved with the accelerations `ramps` from
-        `start` [s] on."""
+        """Return the pendulum's state at time `end` [s], after its pivot has moved with these accelerations since time
+        `start` [s]."""
         if not w:
             return LedPendulum()
         c, s = cos(w * (end - start)), sin(w * (end - start))

@@ -183,7 +183,7 @@ class _Seen:
         self.more(begun)
 
     def more(self, begun: Moved) -> None:
-        """Wait for the next runs in which this input is changed, and add their results."""
+        """Wait for runs in which this input is changed, and add their figures to the results for this input."""
         for step, run in begun.runs.items():
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):

@@ -143,7 +143,8 @@ def measure(
             f"--ask '{missing[0]}': this run does not have that quantity; ask for {', '.join(able) or 'something else'}"
         )
     if not quantity:
-        raise SceneError(f"{scene.path.name}: its run has none of the quantities that serve to compare model levels")
+        message = "its run has no quantity by which model levels can be compared, such as a rope tension"
+        raise SceneError(f"{scene.path.name}: {message}")
     rows, out = list[Row](), 0
     for candidate in (
         r for level in ladder.compared for r in ladder.candidates(level)[::DECADE][: REFERENCE + 1] if r.key != true.key

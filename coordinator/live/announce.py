@@ -147,10 +147,7 @@ class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
 
 class Reply(msgspec.Struct, frozen=True):
     """Reply to an order: whether it was carried out, a sentence, simulation time [ns], and whether this is the last
-    reply.
-
-    `last`: no further reply follows.
-    """
+    reply."""
 
     done: bool
     said: str

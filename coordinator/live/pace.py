@@ -160,10 +160,7 @@ class Tempo:
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
-        """Return the logical time up to which grants may be sent now; sets `held` if the run stands at a pause.
-
-        `held` is set if the run stands at a pause.
-        """
+        """Return the logical time up to which grants may be sent now; sets `held` if the run stands at a pause."""
         self.held = False
         if self._free:
             return FOREVER

@@ -227,7 +227,9 @@ def scene_text(
         data.yaml_set_comment_before_after_key(part, before="\n".join([f"from {source}, 95 %:", *lines]))
     yaml.dump(data, out)
     if ordered(read(out.getvalue(), name).data) != ordered(wanted.data):
-        raise SceneError(f"{name}: estimates cannot be inserted without losing its comments; set them with --set")
+        raise SceneError(
+            f"{name}: estimates cannot be written into this file without losing comments; set them with --set"
+        )
     parse(out.getvalue(), name)
     return out.getvalue()
 

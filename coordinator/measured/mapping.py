@@ -237,6 +237,6 @@ def _within(log: LogTable, column: str, rows: list[int], drive: DriveActor, t: F
     """Raise RecordingError for the first row that moves a drive beyond its end position."""
     lower, upper = (end if end is not None else s * np.inf for end, s in zip(drive.ends, (-1.0, 1.0), strict=True))
     for i in np.flatnonzero((x < lower - BEYOND) | (x > upper + BEYOND)).tolist():
-        distance = f"leads {drive.element} from {drive.initial:.6g} to {x[i]:.6g} at {t[i]:.6g} s"
+        distance = f"moves {drive.element} from {drive.initial:.6g} to {x[i]:.6g} at {t[i]:.6g} s"
         end = f"beyond its end at {lower if x[i] < lower else upper:.6g}"
         raise log.error(rows[i], column, f"{distance}, {end}; let the scene begin elsewhere, or cut the log there")

@@ -173,7 +173,7 @@ class KernelNode:
         try:
             for event in bag:
                 if not isinstance(event.value, m.KernelInput):
-                    raise ModelError(f"the kernel does not accept a {type(event.value).__name__}")
+                    raise ModelError(f"the kernel does not accept a {type(event.value).__name__}; send a KernelInput")
                 event.value.apply(self.simulation)
         except (KernelError, ModelError) as error:
             raise ModelError(f"{KERNEL} at {tag}: {error}") from error

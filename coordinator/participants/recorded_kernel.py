@@ -93,7 +93,7 @@ class Recalled:
 
     @property
     def pauses(self) -> int:
-        """Progress counter of the kernel: any increase shows that it still works."""
+        """Progress counter of the kernel: while it increases, the kernel still works."""
         return self._kernel.pauses
 
     def start(self) -> None:
@@ -236,10 +236,7 @@ class _Known:
 
     def compare(self, times: Sequence[int], rows: Floats) -> tuple[int, str, float, float] | None:
         """Return time [ns], column, recorded and new value of the first difference between the kernel's samples and the
-        recorded ones; None if they are equal.
-
-        The value is given by time [ns], column, recorded and new value.
-        """
+        recorded ones; None if they are equal."""
         now, i = np.ascontiguousarray(self._columns(rows)[:, self._here]), 0
         while i < len(times) and self._next():
             n = min(len(times) - i, len(self._times))

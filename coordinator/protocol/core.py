@@ -212,10 +212,8 @@ class Coordinator:
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Return (count, name) of the nodes that began to block this node since the last call.
-
-        `count`: number of DONE messages of all nodes up to then.
-        """
+        """Return the nodes that began to block this node since the last call, as pairs (number of DONE messages so far,
+        name)."""
         return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:

@@ -239,16 +239,14 @@ class NodeState:
         return done
 
     def hold_back(self, other: "NodeState", dones: int) -> None:
-        """Record that this node now blocks node `other`; `dones`: number of DONE messages so far, as the time."""
+        """Record that this node now blocks node `other`, after all nodes together have sent `dones` DONE messages."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:
             other._held.append((dones, self.name))
 
     def blocked_by(self) -> list[tuple[int, str]]:
-        """Return (count, name) of the nodes that began to block this node since the last call.
-
-        `count`: number of DONE messages of all nodes up to then.
-        """
+        """Return the nodes that began to block this node since the last call, as pairs (number of DONE messages so far,
+        name)."""
         held, self._held = self._held, []
         return held
 

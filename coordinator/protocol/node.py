@@ -116,7 +116,7 @@ class Node:
             if tag <= self._last:
                 event = kept[0]
                 raise ModelError(
-                    f"{self.name} at {self._last}: the message {event.source}.{event.port} is late, it was due at {tag}"
+                    f"{self.name} at {self._last}: message from {event.source}.{event.port} is late: due at {tag}"
                 )
             bag = []
             while first == tag:

@@ -101,8 +101,7 @@ def _solid(body: Body) -> Iterator[DrawnBox]:
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Return edges [m] and rotation of the homogeneous box with a body's mass and inertia; an edge is 0 for a plate or
-    rod."""
+    """Return edges [m] and rotation of the homogeneous box with a body's mass and inertia; edges may be 0."""
     inertia = np.array(body.inertia)
     if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-9 * float(np.abs(inertia).max())):
         principal, axes = np.diag(inertia), np.eye(3)
@@ -159,8 +158,7 @@ def boxes(plan: Plan) -> list[DrawnBox]:
 
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
-    """Return centre and radius [m] of the sphere that contains a plan's machines at the start, for the first 3D
-    view."""
+    """Return centre and radius [m] of the sphere that the 3D view of a plan shows first."""
     if cranes := _on_rails(plan):
         n, r = len(cranes), sum(c.main.com[1] for c in cranes) / len(cranes)
         x, y = sum(c.at[0] + c.gantry.start for c in cranes) / n, r + sum(c.at[1] for c in cranes) / n

@@ -46,7 +46,7 @@ def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:
-    """Return for each support its name, the body and its point on the pad, the pad's height [m], and the body below."""
+    """Return for each support: name, supported body, point in its frame, height of the pad [m], and the body below."""
     found = [support for machine in plan.machines for support in machine.system.supports]
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
 

@@ -36,7 +36,7 @@ class Budget:
 
     @staticmethod
     def of(start: Mark, greeted: Mark, played: Mark, ended: Mark, kernel: float) -> "Budget":
-        """Return the shares of a run's parts in its wall time [s], from marks taken between the parts."""
+        """Return the wall time [s] that each part of a run took, from marks set between the parts."""
         marks = [start, greeted, played, ended]
         starting, playing, ending = ((b[0] - a[0]) - (b[1] - a[1]) for a, b in pairwise(marks))  # without the recording
         return Budget(starting, kernel, max(0.0, playing - kernel), ended[1], ending)

@@ -151,8 +151,8 @@ class RecordedRun:
             value = msgspec.convert(e.value, message_type(e.type))
         except (*UNREADABLE, ModelError) as error:
             raise RecordingError(
-                f"{self.path}: {e.source}.{e.port} at {Tag(e.t_ns, e.microstep)} is no {e.type} that heavylift "
-                f"{__version__} knows ({error}); {again(self.recording.version)}"
+                f"{self.path}: {e.source}.{e.port} at {Tag(e.t_ns, e.microstep)} cannot be read as {e.type} by "
+                f"heavylift {__version__} ({error}); {again(self.recording.version)}"
             ) from None
         return Event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, encode(value))
 

@@ -58,7 +58,7 @@ def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Ord
 
 
 def patterns(keep: object) -> tuple[str, ...]:
-    """Return one or several names or patterns of signals as a tuple of texts; raises SignalError for anything else."""
+    """Return one or several names or patterns of signals as a tuple; raises SignalError for anything else."""
     text = texts(keep)
     if text is None:
         raise SignalError(f"keep={keep!r}: give names of signals, such as ['rope/tension', 'pose/*']")
@@ -66,7 +66,7 @@ def patterns(keep: object) -> tuple[str, ...]:
 
 
 def texts(text: object) -> tuple[str, ...] | None:
-    """Return one text or several texts as a tuple of texts; None if the value is anything else."""
+    """Return one or several texts as a tuple; None if the value is anything else."""
     if isinstance(text, str):
         return (text,)
     several = tuple(text) if isinstance(text, Iterable) else (None,)

@@ -207,6 +207,6 @@ def _print(text: str | None, style: str | None = None) -> None:
 
 
 def command() -> str:
-    """Return the name by which the user has called heavylift, for commands to copy."""
+    """Return the program name with which the user called heavylift, for commands that are printed to be copied."""
     called = sys.argv[0]
     return "heavylift" if shutil.which("heavylift") == str(Path(called).absolute()) else called

@@ -98,7 +98,7 @@ class Beginning:
 
 
 def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
-    """Return the recorded scene with the plan as simulated, and the plan that the scene's text gives in this version.
+    """Return the recorded scene with its plan as simulated, and the plan that the present version makes of its text.
 
     The plan is replaced by an error if the text gives none, for example because files are missing.
     """

@@ -39,7 +39,7 @@ REMOVE_s = 1.0  # in which a directory that somebody still writes to can be dele
 
 
 def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) -> None:
-    """Run the process manager, which starts and kills node processes by order of the coordinator, until orders end.
+    """Run the process manager, which starts and kills node processes by order of the coordinator, until the orders end.
 
     `fresh`: start a new interpreter for each node.
     """
@@ -54,7 +54,7 @@ def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) ->
 
 
 def wake_as_an_orphan() -> None:
-    """Let Linux continue this process, if it is stopped, once its parent has died, so that it can end."""
+    """Ask Linux to continue this process when its parent dies, since a stopped process could not end by itself."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGCONT))
 
@@ -172,7 +172,7 @@ def name_process(node: str) -> None:
 
 
 def python(function: str, *arguments: object) -> list[str]:
-    """Return a command line that calls a function of this file in a new interpreter with the same module path."""
+    """Return the command line of a new interpreter, with this one's module path, that calls a function of this file."""
     call = f"from {__name__} import {function}; {function}{arguments!r}"
     return [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
 

@@ -79,8 +79,7 @@ class _Search:
     # ---- along the path at rest -----------------------------------------------------------------------------
 
     def at_rest(self) -> str:
-        """Shorten each stage as far as the checks of the equilibrium path allow; return why the unchanged scene fails
-        them, or ""."""
+        """Shorten each stage as far as the static checks allow; return why the unchanged scene fails them, or ""."""
         self.best = self.outlook(self.parts)
         if self.best.why:
             return self.best.why
@@ -127,7 +126,7 @@ class _Search:
         return low, green, why
 
     def outlook(self, parts: Mapping[TimingStep, float]) -> _Outlook:
-        """Check the equilibrium path of the scene with timing changes, each applied to its fraction in `parts`."""
+        """Check the equilibrium path of the scene with these fractions of timing changes applied."""
         try:
             scene = self.variant(parts)
         except HeavyliftError as error:
@@ -140,12 +139,12 @@ class _Search:
         return _Outlook(scene, begins, begins[last] if last < len(begins) else scene.statics.states[-1].t)
 
     def variant(self, parts: Mapping[TimingStep, float]) -> LoadedScene:
-        """Return the scene, at its model level, with timing changes, each applied to its fraction in `parts`."""
+        """Return the scene with these fractions of timing changes applied, at its present model level."""
         found, answer = parse(self.written(parts), str(self.scene.path), passing=True), self.scene.answer
         return answered(found, answer) if answer else found
 
     def written(self, parts: Mapping[TimingStep, float]) -> str:
-        """Return the text of the scene with timing changes, each applied to its fraction in `parts`."""
+        """Return the text of the scene with these fractions of timing changes applied."""
         source, texts = read(self.text, str(self.scene.path)), dict[Path, str]()
         for step, part in parts.items():
             for path in step.paths if part else ():

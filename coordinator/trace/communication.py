@@ -68,7 +68,7 @@ def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadde
 
 
 def distributed(scene: LoadedScene) -> list[Distributed]:
-    """Measure the cost of running a scene in one process, in several, in one per node, and there with fewer samples."""
+    """Measure the cost of running a scene in one process, two processes and one per node, also with fewer samples."""
     plan, nodes = scene.plan, node_names(scene.plan)
     apart = Placement.apart(nodes)
     rows: list[tuple[str, str, Plan, Placement | None]] = [

@@ -59,7 +59,7 @@ def _identity(run: str, node: str, topic: FrameTopic, epoch: int) -> bytes:
 
 
 class Writer:
-    """Frames the messages of one node on one topic and numbers them from 0."""
+    """Writes the messages of one node on one topic as frames, numbered from 0."""
 
     def __init__(self, run: str, node: str, topic: FrameTopic, epoch: int) -> None:
         self._identity = _identity(run, node, topic, epoch)

@@ -32,8 +32,8 @@ class NearestSoFar:
         self._least = np.zeros(0)
 
     def groups(self, most: Floats) -> None:
-        """Set the largest distance [m] to search for in each group of shape pairs (groups,); new groups may follow the
-        known."""
+        """Set the largest distance [m] of interest for each group of shape pairs (groups,); groups may be added at the
+        end."""
         self._most, self.free = most, np.flatnonzero(np.isinf(most))
         self.found += [None] * (len(most) - len(self.found))
         self._least = np.append(self._least, np.full(len(most) - len(self._least), np.inf))
@@ -57,8 +57,8 @@ class NearestSoFar:
             self.message = self._tell()
 
     def bars(self) -> Floats:
-        """Return for each group (groups,) the distance [m] that an interval must be able to undercut to be searched
-        further."""
+        """Return for each group (groups,) the bound [m] below which an interval can still contain a distance of
+        interest."""
         found: Floats = np.minimum(np.minimum(self._most, self.message), self._least - SHARP)
         return found
 
@@ -73,7 +73,7 @@ class NearestSoFar:
         return now.of(now.least < self.bars()[now.group])
 
     def bar(self, group: int) -> float:
-        """Return the distance [m] that an interval of this group must be able to undercut to be searched further."""
+        """Return the bound [m] below which an interval of this group can still contain a distance of interest."""
         return min(float(self._most[group]), self.message, float(self._least[group]) - SHARP)
 
 

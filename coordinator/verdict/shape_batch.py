@@ -99,8 +99,8 @@ class ShapeBatch:
         return found
 
     def turning(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """Return upper bounds (m,) [m] of how far rotation bends the relative motion of shapes from a line between two
-        samples.
+        """Return upper bounds (m,) [m] of the deviation of relative motion from a straight line, due to rotation
+        between samples.
 
         It is h^2 / 8 times the accelerations w^2 y and 2 w v.
         """

@@ -117,7 +117,7 @@ class OpenScene:
             ring()
 
     def drawings(self, number: int, k: int) -> list[dict[str, str]] | None:
-        """Return the drawings of state `k` of the lift; None if the pages show another picture than this number."""
+        """Return the drawings of state `k` of the lift; None if the picture with this number is outdated."""
         with self._lock:
             found = self.picture
         if found is None or found[0] != number or not 0 <= k < len(found[1].states):

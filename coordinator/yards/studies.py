@@ -118,7 +118,7 @@ class YardStudy:
         return Sheet(f"{self.file} beside {other}", stated(b.state, lead), b.state, parts)
 
     def planned(self, out: str, effort: float, force: bool) -> Sheet:
-        """Write an optimised schedule (CP-SAT), and compare its replications with those of the yard's dispatch rule."""
+        """Optimise the schedule with CP-SAT, write it to a file, and compare it with the yard's own dispatch rule."""
         yard = load_yard(self.file, self.settings)
         found = optimised(yard, effort)
         spans = [(a / 1e9, b / 1e9, False) for a, b in found.spans]
@@ -133,8 +133,7 @@ class YardStudy:
         return Sheet(f"Schedule of {self.file}", stated("green", lead), "green", (table,))
 
     def sensitivities(self) -> Sheet:
-        """Measure how many days each resource gains by one more unit, and how many scatter of durations and weather
-        cost."""
+        """Compute the days gained by one more unit of each resource, and the days lost to scatter and weather."""
         base = self.of()
         yard, rows = base.yard, list[tuple[Cell, ...]]()
         mean = {one.step: one.takes.mean for one in yard.activities}

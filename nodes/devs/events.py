@@ -39,7 +39,7 @@ FOREVER = Tag(NEVER, 0)
 
 
 def tag_of(instant: Instant) -> Tag:
-    """Return the `Tag` made from a plain pair (t, k); three times as fast as `Tag(*instant)`."""
+    """Return the `Tag` of a pair (t, k), faster than a call of `Tag`."""
     return tuple.__new__(Tag, instant)
 
 
@@ -91,7 +91,7 @@ Order = tuple[int, int, str, str, int]  # t, k, source, port, index: the total o
 
 
 class Passed:
-    """The message of an event that has not left this process: it becomes bytes when somebody needs them."""
+    """The message of an event within this process, which is encoded only when its bytes are needed."""
 
     __slots__ = ("_bytes", "value")
 
@@ -119,7 +119,7 @@ class Passed:
 
 
 def in_bytes(content: object) -> bytes:
-    """Return the bytes of what an event carries; the `enc_hook` of every encoder of events."""
+    """Return the content of an event as bytes; used as `enc_hook` by all encoders of events."""
     if isinstance(content, Passed):
         return content.payload
     if isinstance(content, bytes):
@@ -128,8 +128,10 @@ def in_bytes(content: object) -> bytes:
 
 
 class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
-    """A message sent through an output port: logical time, source model, port, index among the port's messages at that
-    time, class name of the message, and its encoded bytes or, within a process, a `Passed`."""
+    """A message as sent through an output port, with its logical time.
+
+    `port` belongs to the model `source`; `index`: place of the message among those sent there at that time; `type` and
+    `payload`: class name and encoded bytes of the message or, within a process, a `Passed`."""
 
     t: Annotated[int, msgspec.Meta(ge=0)]
     k: Annotated[int, msgspec.Meta(ge=0)]
@@ -181,7 +183,7 @@ class AtomicResult(msgspec.Struct, frozen=True):
 
 
 class Slack(msgspec.Struct, frozen=True):
-    """The observed lookahead of an output port: the shortest time [ns] from scheduling an output to sending it."""
+    """The declared lookahead of an output port, and the shortest observed time [ns] from scheduling to sending."""
 
     port: str  # path of the atomic's port
     declared_ns: int
@@ -215,8 +217,9 @@ class Steppable(Protocol):
 
     @property
     def quiet(self) -> Tag:
-        """The earliest logical time at which the node can send an event if no input arrives. This is next_time, or
-        later if the outputs at next_time are known to be empty."""
+        """The earliest logical time at which the node can send an event if no input arrives.
+
+        This is next_time, or later if the outputs at next_time are known to be empty."""
 
     def start(self) -> None:
         """Set the initial state of the node at logical time (0, 0)."""
@@ -225,12 +228,12 @@ class Steppable(Protocol):
         """Return the events that the node sends to other nodes at next_time, in their total order."""
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Execute the node's transitions at `tag` with the input events `bag`. `tag` is at most next_time. Later
-        transitions before `until` follow, as long as none of them sends an event to another node."""
+        """Execute the node's transitions at `tag` (at most next_time) with the input events `bag`.
+
+        Transitions before `until` are executed too, as long as no event is sent to another node."""
 
     def among(self) -> list[Event]:
-        """Return the events since the last call that were sent between models of this node or that have no receiver, in
-        total order."""
+        """Return the node's events since the last call that no other node receives, in total order."""
 
 
 @runtime_checkable

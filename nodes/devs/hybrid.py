@@ -70,22 +70,24 @@ class Hybrid(Atomic):
         return super()._port_name(name)
 
     def flow(self, x: State) -> Sequence[float]:
-        """Return the time derivatives of a hybrid model's state x; if all are zero, it stays at rest until an input
-        arrives."""
+        """Return the time derivatives of a hybrid model's state x; if all are zero, the model waits for an input."""
         raise ModelError("the model defines no flow()")
 
     def guards(self, x: State) -> Sequence[float]:
-        """Return the values of a hybrid model's guards at the state x; an event occurs when one falls through zero. The
-        number of guards must always be the same."""
+        """Return the values of a hybrid model's guards at the state x; an event occurs when one falls through zero.
+
+        The number of guards must always be the same."""
         return ()
 
     def tell(self, which: tuple[int, ...]) -> None:
-        """Send the output of a hybrid model at an event, before its transition `fell`. `which`: indices of the guards
-        that fell through zero; `ahead` is the state at the event."""
+        """Send the output of a hybrid model at an event, before its transition `fell`.
+
+        `which`: indices of the guards that fell through zero; `ahead` is the state at the event."""
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """Make the transition of a hybrid model at an event. `which`: indices of the guards that fell through zero;
-        `state` is the state at the event."""
+        """Make the transition of a hybrid model at an event.
+
+        `which`: indices of the guards that fell through zero; `state` is the state at the event."""
         raise ModelError("a guard fell, but the model defines no fell()")
 
     def heard(self, x: Bag) -> None:
@@ -273,7 +275,10 @@ def _steps(flow: Flow, x: State, tolerance: float, longest: float) -> Iterator[_
         factor = 0.9 * power(max(wrong, 1e-10), -0.2) if isfinite(wrong) else 0.1
         h = min(longest, h * min(5.0, max(0.1, factor)))
         if h < ALONE * max(1.0, t):
-            raise ModelError(f"the flow cannot be integrated from {x} at {t:g} s: it is stiff, jumps or is not finite")
+            raise ModelError(
+                f"the flow cannot be integrated from {x} at {t:g} s: it is stiff, jumps or is not finite; model jumps "
+                "as events of guards"
+            )
 
 
 def _flowing(flow: Flow, x: State) -> State:

@@ -26,8 +26,7 @@ Child = TypeVar("Child", bound="Model")
 
 
 class Present:
-    """State shared by a simulator and its models: logical time, active atomic model, outputs, and requested changes of
-    the model structure."""
+    """State shared by a simulator and its models: logical time, active model, outputs, requested structure changes."""
 
     __slots__ = ("busy", "changes", "live", "node", "now", "sources", "speaker", "values")
 
@@ -131,8 +130,9 @@ def _wrong(name: str) -> str:
 
 
 class Atomic(Model):
-    """Base class of atomic DEVS models. A subclass overrides `start`, `external`, `output`, `internal`, and if needed
-    `confluent`."""
+    """Base class of atomic DEVS models.
+
+    A subclass overrides `start`, `external`, `output`, `internal`, and if needed `confluent`."""
 
     __slots__ = ("_index", "_last", "_more", "_place", "_plain", "_port", "_set", "_t", "_value", "_wait")
 
@@ -188,8 +188,7 @@ class Atomic(Model):
         return None
 
     def confluent(self, x: Bag) -> None:
-        """Make the transition for inputs that arrive when an internal transition is due: by default `internal`, then
-        `external`."""
+        """Make the transition for inputs at an internal transition; by default `internal`, then `external`."""
         self.internal()
         self.external(0, x)
 
@@ -263,7 +262,8 @@ class Coupled(Model):
         return super().add_in(name, type)
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
-        """Add an output port to the coupled model and return it; its lookahead is that of the atomics that feed it."""
+        """Add an output port to the coupled model and return it; the atomic models that feed it determine its
+        lookahead."""
         self._reachable("add_out")
         if lookahead:
             raise ModelError(f"{self.path}: port {name}: declare the lookahead on the atomic that sends")

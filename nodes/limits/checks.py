@@ -104,7 +104,7 @@ def checks_of(
 
 
 def uncoloured(plan: Plan, shapes: Shapes) -> list[Check]:
-    """Return checks without a result: for parts that the scene does not have, and for effects that are not modelled."""
+    """Return the checks that get no colour: the scene has no part with this quantity, or the effect is not modelled."""
     quantities = {x.quantity for x in plan.limits}
     none = [first for first, *more in LISTED if not quantities & {first, *more}] if shapes.hooks else []
     found = [Check(quantity=x, subject="all", state="none", sentence=f"{x}: nothing of that kind") for x in none]
@@ -113,8 +113,7 @@ def uncoloured(plan: Plan, shapes: Shapes) -> list[Check]:
 
 
 def sea_of(plan: Plan) -> str:
-    """Return a sentence about the irregular waves of a plan, with the number of their components; "" if the plan has no
-    irregular waves."""
+    """Return a sentence about a plan's irregular waves, with the number of their components; "" without such waves."""
     of = [m.system for m in plan.machines]
     moved = [getattr(force, "signal", None) for x in of for force in x.forces] + [x for y in of for x in y.drives]
     n = len({w for x in moved if x and x.waves for w in x.waves.frequencies})
@@ -176,8 +175,10 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """Return the error estimate of a value in its unit; None if the error is unknown. A measured error of the
-    utilisation has precedence; otherwise, for a load carried by ropes, the errors of the rope tensions count."""
+    """Return the error estimate of the value that a utilisation refers to, in its unit; None if the error is unknown.
+
+    A measured error of the utilisation has precedence; otherwise, for a load carried by ropes, the errors of the rope
+    tensions count."""
     limit, value = use.limit, abs(use.value or 0.0)
     if limit.quantity == "clearance" and "smallest clearance" in errors:
         return errors["smallest clearance"] * max(NEAR, value)

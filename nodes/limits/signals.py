@@ -117,7 +117,7 @@ class _Line(Protocol):
 
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
-    """Return, for each sling and lug, the time [s] from which the sling is hooked there, from recorded rope lines."""
+    """Return the times [s] at which the rigging changes, each with the lugs of hooked slings, from recorded lines."""
     known = plan.machines
     slings = {tie.rope for machine in known for tie in machine.ties}
     lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}
@@ -163,7 +163,7 @@ def _placed(signals: SignalColumns, point: Point) -> Column:
 
 
 def wind(plan: Plan, name: str) -> forces.InputSignal:
-    """Return the speed signal of a wind."""
+    """Return the input signal that gives the speed of the wind with this name."""
     each = (f for m in plan.machines for f in m.system.forces if isinstance(f, forces.Wind))
     return next(f.signal for f in each if f.name == name)
 

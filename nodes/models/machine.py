@@ -192,7 +192,7 @@ def _first(force: Force) -> str:
 
 
 def turning(system: System) -> list[str]:
-    """Return those drives and masters of a machine whose coordinates are angles."""
+    """Return the drives and virtual master drives of a machine whose coordinates are angles."""
     joints = {joint.name: JOINTS[joint.kind] for joint in system.joints}
     of = ((d.name, joints[d.joint], d.coordinate) for d in system.drives)
     found = [name for name, joint, at in of if joint.turns(joint.actable.index(at) if at else 0)]

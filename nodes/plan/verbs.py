@@ -15,8 +15,7 @@ Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", 
 
 @dataclass(frozen=True)
 class Verb:
-    """A verb in orders, such as `hoist`: the `kinds` of actors that accept the verb, and the class of order that it
-    `becomes`."""
+    """A verb in orders, such as `hoist`: the `kinds` of actors that accept it, and the class of its orders."""
 
     name: str
     kinds: tuple[Kind, ...]

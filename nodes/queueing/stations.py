@@ -42,8 +42,7 @@ class SinkStatistics(Message):
 
 
 class Source(NetworkPart):
-    """Sends entities at random intervals, the first after one interval, and at most `most` of them. Their priorities
-    are drawn at random by `weights` [1]."""
+    """Sends at most `most` entities, one after each random interval, with priorities drawn by `weights` [1]."""
 
     out = Out(Entity)
 

@@ -146,7 +146,7 @@ def _built(
         return known_corners[name]
 
     def shifted(centres: Centres) -> LoadedScene:
-        """Build the scene with other centres of mass of its blocks, and with its limits of loads only."""
+        """Build the scene with other centres of mass of its blocks; it keeps only the limits of loads."""
         moved = _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
         limits = tuple(x for x in moved.plan.limits if x.quantity in (*BASES.values(), *BEARING))
         return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))

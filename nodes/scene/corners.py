@@ -52,8 +52,7 @@ class Ends:
 
 
 def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
-    """Return both ends of each uncertain input: those of its 95 % interval or, for a uniform distribution, its
-    bounds."""
+    """Return both ends of each uncertain input: of its 95 % interval or, for a uniform distribution, its bounds."""
     found = []
     for path, each in stated.items():
         at = quantity_at(scene, path)
@@ -184,8 +183,9 @@ def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
 
 
 class Corners:
-    """Search over the corners of the uncertain inputs for the highest utilisation of each limit. Other values of a
-    scene can be searched too. `moved`: the inputs that influence each value."""
+    """Search over the corners of the uncertain inputs for the highest utilisation of each limit.
+
+    `sizes`: function that returns other values to be searched. `moved`: the inputs that influence each value."""
 
     def __init__(self, nominal: LoadedScene, sizes: Sizes | None = None, usual: dict[Key, float] | None = None) -> None:
         self._sizes = sizes or _uses

@@ -48,8 +48,7 @@ class SceneFacts(msgspec.Struct, frozen=True):
 
     @property
     def accuracy(self) -> float:
-        """Largest accepted relative error of the quantities that the scene asks for (0.01 is 1 %). If the scene asks
-        for none, of rope tensions."""
+        """Largest accepted relative error (0.01 is 1 %) of the requested quantities, or of rope tensions by default."""
         return self.written or (USUAL if self.ask else OF_TENSIONS)
 
 
@@ -102,8 +101,7 @@ class LoadedScene:
 
     @cached_property
     def uses(self) -> list[Use]:
-        """The highest static utilisation of each limit on the equilibrium path. For a lift, the end positions of moves
-        count too."""
+        """The highest static utilisation of each limit on the equilibrium path and, in a lift, where moves end."""
         if not self.plan.limits or (self.lifts and not self.states):
             return []
         path, starts = self.plan, [x.start or 0.0 for x in self.scene.lifts.values()] if self.apart else [0.0]
@@ -130,8 +128,9 @@ class LoadedScene:
         return self.checked()
 
     def checked(self, near: Sequence[Check | Use] = ()) -> list[Check]:
-        """Return all checks on the equilibrium path. `near`: findings about clearances on the path, or utilisations of
-        clearances."""
+        """Return all checks on the equilibrium path.
+
+        `near`: findings about clearances on the path, or utilisations of clearances."""
         apart = [x for x in near if isinstance(x, Use)]
         seen = {id(use.limit) for use in self.uses}
         rest = [x for x in self.plan.limits if id(x) not in seen and x.quantity != "interlock"]

@@ -67,9 +67,9 @@ class Coefficients:
     depth: float = inf
 
     def about(self, *points: Sequence[float]) -> "Coefficients":
-        """Return the coefficients about points of the waterline, transformed from those about the given points. The
-        given points are one for each hull, and the waterline's are above or below them. Phases of loads, given at the
-        origin of the file, become those there."""
+        """Return the coefficients about the points of the waterline above or below the given points, one for each hull.
+
+        The coefficients refer to the given points, the phases of the loads to the origin of the file, before this."""
         T, X = np.eye(6 * len(points)), self.X.copy()  # velocities there, of those on the waterline
         k = np.array([wave_number(w, self.gravity, self.depth if isfinite(self.depth) else None) for w in self.w])
         for i, (x, y, z) in enumerate(points):
@@ -81,8 +81,7 @@ class Coefficients:
 
 
 def capytaine(path: Path) -> Coefficients:
-    """Return the coefficients of a hull, or of two, in a netCDF file of Capytaine; raises SceneError if it is not
-    one."""
+    """Return the coefficients of one hull or two in a netCDF file of Capytaine; raises SceneError for other files."""
     data = _netcdf(path)
     if missing := [name for name in NEEDED if name not in data]:
         raise SceneError(f"{path}: it has no '{missing[0]}'; let Capytaine export radiation, diffraction, hydrostatics")
@@ -107,7 +106,7 @@ def capytaine(path: Path) -> Coefficients:
     finite = np.isfinite(w) & (w > 0.0) & solved & np.isfinite(X).all(axis=(0, 2, 3))
     infinite = np.isinf(w) & solved
     if not infinite.any():
-        raise SceneError(f"{path}: it has no infinite frequency, whose added mass is needed; add it to 'omega'")
+        raise SceneError(f"{path}: the added mass at infinite frequency is missing; add it to 'omega'")
     order = np.argsort(w[finite])
     X = X[:, finite][:, order].swapaxes(1, 2)
     given = {"rho": DENSITY, "g": GRAVITY, "water_depth": inf}
@@ -185,9 +184,7 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
     if np.isnan(added[periods >= 0.0]).any():
         raise SceneError(f"{path.with_suffix('.1')}: it needs the same pairs of modes at each period")
     if 0.0 not in periods:
-        raise SceneError(
-            f"{path.with_suffix('.1')}: it has no infinite frequency, whose added mass is needed: period 0"
-        )
+        raise SceneError(f"{path.with_suffix('.1')}: the added mass at infinite frequency is missing; compute period 0")
     at, _, waves = _by(loads[:, 0])
     headings, of = np.unique(np.radians(loads[:, 1]), return_inverse=True)
     (mode,) = _modes(loads, path.with_suffix(".3"), m, 2)
@@ -224,7 +221,7 @@ def _described(path: Path) -> tuple[list[Still], list[tuple[float, float, float]
     turned = any(map(float, re.findall(r"PHIBODY\s*=" + number, text)))
     counts = {len(origins), *map(len, rows)}
     if counts not in ({1}, {2}) or turned:
-        raise SceneError(f"{path}: it needs volume, centres and places of one body, or of two with parallel axes")
+        raise SceneError(f"{path}: it must give volume, centres and position of one body, or of two with parallel axes")
     hulls = [
         Still(np.zeros(0), sorted(V)[1], g[2] + o[2], np.array([b[0], b[1], b[2] + o[2]]), (o[0], o[1]))
         for V, b, g, o in zip(*rows, origins, strict=True)
@@ -264,7 +261,7 @@ def _modes(table: np.ndarray, path: Path, m: int, *columns: int) -> list[np.ndar
     """Return columns of modes 1 to m as indices."""
     found = [table[:, k].astype(int) - 1 for k in columns]
     if any((x < 0).any() or (x >= m).any() for x in found):
-        raise SceneError(f"{path}: it has modes beyond the {m} of its hulls; two hulls need the file .out of WAMIT")
+        raise SceneError(f"{path}: it has more than {m} modes; for two hulls, add the file .out of WAMIT")
     return found
 
 

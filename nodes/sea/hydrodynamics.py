@@ -53,8 +53,9 @@ class WaveLoads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class MeanDrift(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Mean drift forces divided by the square of the wave amplitude: surge and sway [N/m2] and yaw [N/m]. Frequencies
-    and headings as in `WaveLoads`."""
+    """Mean drift forces per square of wave amplitude: surge and sway [N/m2], yaw [N/m].
+
+    Frequencies and headings are as in `WaveLoads`."""
 
     frequencies: tuple[float, ...]
     headings: tuple[float, ...]
@@ -136,8 +137,7 @@ def _corners(of: WaveLoads | MeanDrift, frequency: float, heading: float) -> tup
 
 
 def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
-    """Return the hydrodynamics in a file; raises SceneError if the file contains none, or if its radiation fit is too
-    inaccurate."""
+    """Return the hydrodynamics in a file; raises SceneError if it contains none or an inaccurate radiation fit."""
     try:
         found = msgspec.json.decode(text, type=Hydrodynamics)
     except msgspec.DecodeError as error:
@@ -149,8 +149,7 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
 
 
 def check(found: Hydrodynamics, file: str) -> None:
-    """Raise SceneError unless the tables of a hull are complete and cover all headings, and its radiation fit is
-    accurate."""
+    """Raise SceneError unless a hull's tables are complete for all headings and its radiation fit is accurate."""
     tables: list[tuple[WaveLoads | MeanDrift, Sequence[Sequence[object]]]]
     tables = [(found.loads, found.loads.real), (found.loads, found.loads.imaginary)]
     for of, rows in [*tables, *([(found.drift, found.drift.values)] if found.drift else [])]:

@@ -32,8 +32,9 @@ def nemoh_files(case: Path) -> list[Path]:
 
 
 def nemoh(case: Path) -> Coefficients:
-    """Return the coefficients of the single body of a NEMOH case, given the path of its Nemoh.cal; raises SceneError if
-    a file is missing or invalid."""
+    """Return the coefficients of a NEMOH case with a single body, given the path of its Nemoh.cal.
+
+    Raises SceneError if a file is missing or invalid."""
     cal, radiation, excitation, infinite, stiffness, bodies = nemoh_files(case)
     rows = [x.split("!")[0].split() for x in _text(cal).splitlines()]
     try:
@@ -43,7 +44,7 @@ def nemoh(case: Path) -> Coefficients:
     except (IndexError, ValueError):
         raise SceneError(f"{cal}: it is not a Nemoh.cal of a body with six degrees of freedom") from None
     if count != 1 or len(points) != 1 or any((point := points.pop())[:2]):
-        raise SceneError(f"{cal}: one body is needed that turns about one point above or below the origin")
+        raise SceneError(f"{cal}: compute one body, with all rotations about one point above or below the origin")
     if away:
         raise SceneError(f"{cal}: its phases refer to XEFF, YEFF; compute them for the point 0, 0")
     if re.search(r"(?im)^\s*[^1\s][^!\n]*!\s*output freq", _text(cal)):

@@ -25,7 +25,7 @@ DOUBT = 0.025  # probability, on each side, that a verdict from a sample of runs
 
 
 def quantile(values: Sequence[float], part: float) -> float:
-    """Return the smallest value that at least the fraction `part` of all values does not exceed."""
+    """Return the smallest value that is at least as large as the fraction `part` of all values."""
     return sorted(values)[max(0, ceil(part * len(values) - 1e-9) - 1)]
 
 
@@ -169,8 +169,9 @@ def _red_runs(values: Values) -> float:
 
 
 def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
-    """Return the report of `run` for a yard: quantiles of key dates, their sensitivities, and causes of waiting. For a
-    single run also the schedule, with a Gantt chart if `drawn`."""
+    """Return the report of `run` for a yard: quantiles of key dates, their sensitivities, and causes of waiting.
+
+    For a single run also the schedule, with a Gantt chart if `drawn`."""
     runs, kept, judged = len(delivery(values)), chances(yard, values), contract_states(yard, values)
     rows = list[tuple[Cell, ...]]()
     for key, ends in finishes(yard, values).items():

@@ -181,8 +181,7 @@ class Dispatcher(Atomic):
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 
     def calm_for(self, n: int, now: int) -> bool:
-        """Return whether the wind forecast allows a lift from now to its expected end, or as far as the forecast
-        goes."""
+        """Return whether the wind forecast allows a lift until its expected end, or as far as the forecast goes."""
         end = self.calm[self.limited[n]] if self.calm else -1
         one = self.activities[n]
         return end > now and end >= min(now + self.weather.forecast, one.works.add(now, one.expected))

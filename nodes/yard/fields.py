@@ -78,8 +78,7 @@ def duration(text: str) -> Distribution:
 
 
 def variance(takes: Distribution) -> float:
-    """Return the variance of a duration [s2]; for PERT from its original formula ((b - a) / 6)^2 (Malcolm et al.
-    1959)."""
+    """Return the variance of a duration [s2]; for PERT it is ((b - a) / 6)^2, as published by Malcolm et al. 1959."""
     match takes:
         case Uniform():
             return square(takes.high - takes.low) / 12
@@ -138,8 +137,7 @@ def weekdays(text: object) -> tuple[int, ...]:
 
 
 def shift(text: object) -> tuple[Shift, ...]:
-    """Read the working intervals of a shift, such as `08:00-12:00 13:00-17:00`; an interval that ends before it begins
-    ends on the next day."""
+    """Read the working intervals of a shift, such as `08:00-12:00 13:00-17:00`; `22:00-06:00` ends the next day."""
     found = list[Shift]()
     for part in str(text).replace(",", " ").split():
         clock = CLOCK.fullmatch(part)

@@ -28,8 +28,7 @@ class ResourceUse(Message):
 
 
 class StepWork(Message):
-    """Statistics of a step: time for which wind stopped its lifts [s], and numbers of stops, simulated and red
-    lifts."""
+    """Statistics of a step: time lost by wind [s], and numbers of stops, simulated lifts and lifts with red verdict."""
 
     stopped: float
     stops: int
@@ -116,7 +115,7 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def confluent(self, x: Bag) -> None:
-        """Process the new wind before the step's own events, so that it determines which lifts can begin now."""
+        """Process the new wind before the step's own events, because the wind decides which lifts can begin now."""
         self.speed = x[self.wind][-1].speed if x[self.wind] else self.speed
         super().confluent(x)
 
@@ -190,8 +189,9 @@ def expected(yard: Yard, rule: str = "") -> YardSchedule:
 
 
 def thresholds(yard: Yard) -> tuple[float, ...]:
-    """Return the wind speeds [m/s] at which lifts may begin, stop or continue. If lifts are simulated in their wind,
-    also all whole numbers up to 40 m/s."""
+    """Return the wind speeds [m/s] at which lifts may begin, stop or continue.
+
+    If lifts are simulated with the wind of their time, all whole numbers up to 40 m/s are added."""
     lifts = [one.lift for one in yard.activities if one.lift]
     found = {limit for lift in lifts for limit in (lift.wind, lift.stop, lift.resume) if limit < inf}
     if any(one.order and one.order.way == "run" for one in yard.activities):

@@ -183,8 +183,9 @@ def rule_named(value: object) -> str:
 
 
 def serial(yard: Yard, rule: str = "") -> list[Span]:
-    """Return the start and finish of each activity [ns] by the serial generation scheme, with expected durations. Not
-    for yards in which an activity keeps a resource beyond its own end."""
+    """Return the start and finish of each activity [ns] by the serial generation scheme, with expected durations.
+
+    Not for yards in which an activity keeps a resource beyond its own end."""
     rank, done = ranks(yard, rule), dict[int, Span]()
     used: dict[str, list[tuple[int, int, int]]] = {name: [] for name in yard.capacities}
     todo = sorted(range(len(yard.activities)), key=rank.__getitem__)

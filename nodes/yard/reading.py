@@ -107,8 +107,9 @@ class _Reading(Taking):
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
-        """Return the working intervals of each shift, by name. Under "": the intervals of all shifts or, without
-        shifts, the whole day."""
+        """Return the working intervals of each shift, by name.
+
+        Under "": the intervals of all shifts or, without shifts, the whole day."""
         self.mapping(("calendar",), OF_CALENDAR)
         of_day = self.mapping(("calendar", "shifts"))
         shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in of_day}

@@ -142,8 +142,9 @@ class Weather(Atomic):
         self.change = WindChange(self.at(self.hour), calm, self.next < 0)
 
     def exceeded(self, k: int, change: int) -> int:
-        """Return the first hour, from now on, in which the wind speed or wave height exceeds limit number k. The search
-        ends after one year, but not before the hour `change`."""
+        """Return the first hour, from now on, in which the wind speed or wave height exceeds limit number k.
+
+        The search ends after one year, or at the hour `change` if that is later."""
         n = max(self.above[k], self.hour)
         while n < max(self.hour + YEAR, change) and self.within(n, k):
             n += 1
@@ -182,8 +183,9 @@ class SeaWeather(Weather):
 
 @dataclass(frozen=True)
 class YardWeather:
-    """Wind and sea of a yard, the length of the wind forecast [ns], and the alpha factors of the sea. These are pairs
-    of window length [ns], ascending, and factor by which operational limits are reduced."""
+    """Wind and sea of a yard, the length of the wind forecast [ns], and the alpha factors of the sea.
+
+    `alpha`: pairs of window length [ns], in ascending order, and factor by which operational limits are reduced."""
 
     wind: HourlySeries | None = None
     sea: HourlySeries | None = None

@@ -18,7 +18,7 @@ from heavylift.recordings.render import outline, spread
 from heavylift.recordings.render.plot import FINE, _most_used
 
 
-def test_info_shows_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
+def test_info_shows_peaks_and_channels_of_a_run(recorded: Path) -> None:
     text = info(recorded)
     rec = Recording(recorded)
     assert text.splitlines()[:4] == [

@@ -182,7 +182,7 @@ def given(context: typer.Context) -> "list[Any]":
 
 
 def find_own_modules(references: Iterable[str]) -> None:
-    """Let Python import those modules of the current folder that the references name, after installed modules."""
+    """Let Python import modules from the current folder, after installed ones, if a reference names one there."""
     names = (text.partition(":")[0].rpartition("=")[2].partition(".")[0] for text in references)
     if os.getcwd() not in sys.path and any(PathFinder.find_spec(name, [os.getcwd()]) for name in names if name):
         sys.path.append(os.getcwd())

@@ -45,12 +45,9 @@ class _TimedStretch(RunObserver):
 
 
 def paying(run: Callable[[int, RunObserver], object], models: int, most: int | None = None) -> tuple[int, str]:
-    """Measure the fastest number of processes for `run(count, watch)`; return it and a sentence with the measured
-    times.
+    """Measure with how many processes a run is fastest; return their number and a sentence with the measured times.
 
-    `run(count, watch)` starts a trial run in `count` processes.
-
-    A trial that fails is ignored, since the recorded run will report the error.
+    `run(count, watch)` starts a trial run.
     """
     most = min(models, cores() if most is None else most)
     until, best, found, notes = NEVER, 1, TRIED_s, list[str]()

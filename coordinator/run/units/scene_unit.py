@@ -186,8 +186,8 @@ class SteppedScene:
 
 
 def led(plan: Plan, masters: tuple[UserModel, ...], wind: bool) -> Plan:
-    """Return the plan with the models `masters` added, which set speeds of drives and winches, and with the wind as an
-    input if `wind`."""
+    """Return the plan with the models `masters`, through which an importing program orders speeds, and with settable
+    wind if `wind`."""
     plan = msgspec.structs.replace(plan, models=(*plan.models, *masters))
     if not wind:
         return plan

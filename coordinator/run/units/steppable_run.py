@@ -94,8 +94,8 @@ class SteppableRun:
         return self._row.tolist(), {**self.peaks}, self.events, self.event
 
     def repeat(self, given: Sequence[tuple[str, Any, str]], seen: Sequence[Any]) -> None:
-        """Bring the run to the state of another one: repeat its steps and settings, then restore its output values
-        `seen`."""
+        """Bring this run to the state of another: repeat the steps and settings of the other, and take over its output
+        values `seen`."""
         for what, value, name in given:
             if what == "go":
                 self._advance(value)
@@ -129,7 +129,7 @@ class SteppableRun:
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:
-            raise ModelError(f"the unit is at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
+            raise ModelError(f"the exported scene is at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
         self._check_end(to_ns)
         self._from, self._found = self.now if events else FOREVER.t, FOREVER.t
         last, row = min(to_ns, self._core.end.t - 1), np.zeros(0)

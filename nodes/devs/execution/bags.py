@@ -28,8 +28,7 @@ model_port_and_place = itemgetter(0, 1, 2)
 
 
 def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int) -> list[int]:
-    """Put messages into the bags of their receivers; return the indices of those receivers that have no internal
-    transition at `t` [ns]."""
+    """Put messages into the bags of their receivers; return the indices of receivers with no event due at t."""
     reached = []
     n = 0
     for source in sources:
@@ -97,7 +96,8 @@ def entry(model: Model, name: str) -> InPort[Message]:
 
 
 def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
-    """Return the port at which an event from another node enters, and its message, which all receivers share.
+    """Return the input port at which an event from another node enters, and its message, shared by all receivers.
+
     Raises ModelError if no port here is coupled to the event's source."""
     if (event.source, event.port) not in entries:
         raise ModelError(f"{event.source}.{event.port} at {event.tag}: no port of this node is coupled to this output")
@@ -138,8 +138,7 @@ class Schedule:
                 self._begin(m, last, present)
 
     def next(self, last: Instant) -> Instant:
-        """Return the earliest logical time after `last` at which a model is due; `imminent` then lists the models
-        due."""
+        """Return the earliest logical time after `last` at which a model is due; `imminent` then lists these models."""
         if self.soon:
             self.imminent, self.soon = self.soon, []
             self.imminent.sort()

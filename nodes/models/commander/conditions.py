@@ -23,8 +23,7 @@ OFF = "unhooked"
 
 @dataclass
 class ObservedState:
-    """State of the lift as known from reports: ropes (taut, slack, unhooked), bodies with their closed supports, and
-    thresholds."""
+    """State of the lift known from reports: of ropes (taut, slack, unhooked), supports of bodies, and thresholds."""
 
     ropes: dict[str, str] = field(default_factory=dict)
     bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)  # bodies with supports, by model
@@ -69,8 +68,9 @@ class ObservedState:
 
 
 class OrderRejected(ModelError):
-    """Raised for an order that cannot be carried out. `by`: numbers (action, order) of the order that conflicts with
-    it, if any."""
+    """Raised for an order that cannot be carried out.
+
+    `by`: numbers (action, order) of the order that conflicts with it, if any."""
 
     def __init__(self, sentence: str, by: tuple[int, ...] = ()) -> None:
         super().__init__(sentence)

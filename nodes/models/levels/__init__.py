@@ -41,7 +41,7 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 class Pass(NamedTuple):
-    """A step that reduces a machine to a simpler model, with a check whether this leaves the motion unchanged.
+    """A simplification of a machine model, with a guard that checks whether it leaves the motion unchanged.
 
     `guard` returns the reason why the motion of a plan stays unchanged, or "" if it may change."""
 

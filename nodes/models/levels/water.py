@@ -38,7 +38,8 @@ def without_memory(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def at_frequency(f: Radiation, w: float) -> tuple[Matrix6, Matrix6]:
-    """Return the added mass (beyond that at infinite frequency) and the radiation damping at a frequency w [rad/s].
+    """Return a hull's added mass (beyond that at infinite frequency) and radiation damping at a frequency w [rad/s].
+
     These are -G^T Y and -G^T F Y, with (F^2 + w^2) Y = G."""
     columns = list(zip(*f.F, strict=True))
     squares = [[dot(row, column) + (w * w if i == j else 0.0) for j, column in enumerate(columns)]

@@ -15,8 +15,9 @@ from .parts import LiveActor
 
 
 class SlingActor(LiveActor):
-    """Actor of the sling `element`: hooks and unhooks it, and reports when it becomes taut or slack. It also informs
-    the latch of a lifting beam."""
+    """Actor of the sling `element`: hooks and unhooks it, and reports when it becomes taut or slack.
+
+    It also informs the latch of a lifting beam."""
 
     latch = Out(m.Latch)
 

@@ -167,7 +167,7 @@ def _inside_obstacles(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequence[float]) -> str:
-    """Return a sentence if a sling is too short for its lug, or its hook too far to the side; "" if the sling fits."""
+    """Return an error message if a sling does not reach its lug; "" if it does."""
     dx, dy, dz = (a - b for a, b in zip(upper, p, strict=True))
     gap, other = sqrt(dx * dx + dy * dy + dz * dz) - length, sqrt(dx * dx + dy * dy)
     if gap <= REACHED:

@@ -89,8 +89,9 @@ def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
 
 
 def check_curve(checks: Checking, path: Path, force: CharacteristicKeys, turns: bool) -> None:
-    """Add errors if the units of a characteristic curve do not fit its joint coordinate. `turns`: the coordinate is an
-    angle."""
+    """Add errors if the units of a characteristic curve do not fit its joint coordinate.
+
+    `turns`: the coordinate is an angle."""
     place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
     for i in range(len(force.curve)):
         for j, dimensions in enumerate((place, (units.FORCE, units.MOMENT))):

@@ -61,7 +61,7 @@ class _Resolver:
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
     def listed(self, index: int, action: ActionLine) -> list[plan.Action]:
-        """Return an action of the plan, followed by further actions if its orders need several."""
+        """Return the actions of the plan for one action of the scene; orders such as levelling need several."""
         first, after = self.action(index, action), list[tuple[actions.Order, ...]]()
         for target, phrase in action.orders.items():
             path: Path = ("actions", index, target)

@@ -174,7 +174,7 @@ class Vessel(Base):
 
 
 class Floor(Base):
-    """A level floor in contact with all blocks."""
+    """A level floor that all blocks can touch."""
 
     height: u.Length = 0.0
     friction: u.Ratio = 0.0
@@ -182,7 +182,7 @@ class Floor(Base):
 
 
 class Obstacle(Base):
-    """A fixed box in the yard or on a vessel, such as a wall, a guide or a quay, in contact with all blocks."""
+    """A fixed box in the yard or on a vessel, such as a wall, a guide or a quay, that all blocks can touch."""
 
     box: tuple[u.Extent, u.Extent, u.Extent]
     at: Place  # its middle, in the frame of what it is on
@@ -225,7 +225,7 @@ class Area(Base):
 
 
 class WindKeys(Base):
-    """Wind on the block, whose areas are the sides of its box, and on other bodies with areas given in `on`."""
+    """Wind on the block, with the sides of its box as areas, and on other bodies, with the areas given in `on`."""
 
     speed: u.Velocity
     direction: Direction  # to which it blows

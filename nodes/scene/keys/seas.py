@@ -69,8 +69,9 @@ class CurrentKeys(Base):
 
 
 class StreamKeys(Base):
-    """Coefficients of wind or current forces on a vessel that is symmetric about its centre plane. They are forces
-    divided by 1/2 density speed^2 area, moments also by the length."""
+    """Coefficients of wind or current forces on a vessel that is symmetric about its centre plane.
+
+    A coefficient is a force divided by 1/2 density speed^2 area, or a moment divided by the same and by the length."""
 
     area: u.Area
     length: u.Extent

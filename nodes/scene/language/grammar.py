@@ -40,8 +40,7 @@ def read_order(text: str) -> OrderPhrase:
 
 
 def read_ramp(text: object, dimension: Dimension) -> float | SwingRamp:
-    """Return the acceleration of a ramp in SI units, or a ramp without swing; raises ValueError if the text is
-    neither."""
+    """Return a ramp's acceleration in SI units, or a ramp without swing; raises ValueError if the text is neither."""
     if not isinstance(text, str) or not {"one", "in"} & set(text.split()):
         return dimension.read(text)
     return _whole(text, lambda r: _ramp(r, dimension))

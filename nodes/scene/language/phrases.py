@@ -104,8 +104,7 @@ ConditionPhrase: TypeAlias = tuple[Test, ...]  # all of these at once
 
 @dataclass(frozen=True)
 class SwingRamp:
-    """A ramp that leaves no swing: one acceleration pulse that lasts a swing period, or two pulses half a period
-    apart."""
+    """A ramp without swing: one acceleration pulse that lasts a swing period, or two pulses half a period apart."""
 
     pulses: Literal[1, 2] = 1
     accel: float | None = None

@@ -47,8 +47,9 @@ WORD = re.compile(r"[A-Za-z_]\w*(?:\s+[A-Za-z_]\w*)*(?:\.[xyz]\b)?")
 
 
 class ExpressionError(ValueError):
-    """Raised for an expression that cannot be parsed or computed. `column`: place of the error in the expression,
-    counted from 0."""
+    """Raised for an expression that cannot be parsed or computed.
+
+    `column`: place of the error in the expression, counted from 0."""
 
     def __init__(self, sentence: str, column: int = 0) -> None:
         super().__init__(sentence)
@@ -89,12 +90,15 @@ def shown_as(value: Value) -> str | float:
     if value.exponents == PLAIN:
         return value.number
     if value.exponents not in _units():
-        raise ExpressionError(f"the result is in {_named(value.exponents)}, which is not a unit of scenes")
+        raise ExpressionError(
+            f"the result is in {_named(value.exponents)}, which is not a unit of scenes; check the expression"
+        )
     return f"{value.number!r} {_units()[value.exponents]}"
 
 
 def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
-    """Return the value of an expression, given without its `=`; raises ExpressionError for an invalid expression.
+    """Return the value of an expression, given without its `=`; raises ExpressionError if it is invalid.
+
     `lookup`: function that returns the values of parameters."""
     if len(text) > LONGEST:
         raise ExpressionError(f"an expression has at most {LONGEST} characters, this one has {len(text)}")

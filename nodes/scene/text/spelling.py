@@ -84,8 +84,7 @@ def spread_of(text: str) -> tuple[str, str, str] | None:
 
 
 def punctuation(text: str, units: Collection[str]) -> str:
-    """Return a hint on how to write a number that has a decimal comma, a dash for a minus sign, or the form of a clock
-    time; "" for other texts."""
+    """Return a hint for a number with a decimal comma, a dash as minus sign, or the form of a clock time; else ""."""
     if DASHES.search(text):
         return f"a minus sign is the '-' of the keyboard: write '{DASHES.sub('-', text.strip())}'"
     if found := COMMA.fullmatch(text):

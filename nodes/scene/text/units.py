@@ -64,8 +64,7 @@ class Dimension:
         self.units.update(CUSTOMARY.get(self.name, {}))
 
     def read(self, value: object) -> float:
-        """Return a quantity such as '900 t' (or a number that needs no unit) in SI units; raises ValueError if it is
-        invalid."""
+        """Return a quantity such as '900 t', or a plain number, in SI units; raises ValueError if it is invalid."""
         number = self.number(value)
         if not math.isfinite(number):
             raise ValueError(f"'{value}' is not a finite number")
@@ -202,8 +201,7 @@ DIMENSIONS: tuple[Dimension, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class Either(Dimension):
-    """A dimension that accepts the units of two other dimensions, such as length for sliding and angle for turning
-    joints."""
+    """A dimension that accepts the units of two others, such as length and angle for sliding and turning joints."""
 
     sliding: Dimension
     turning: Dimension

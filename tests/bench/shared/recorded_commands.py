@@ -13,7 +13,7 @@ import heavylift.coordinator.participants.kernel_node as room
 import heavylift.coordinator.run.scene as runner
 import msgspec
 import numpy as np
-from heavylift.coordinator.participants.rows import RowFrames
+from heavylift.coordinator.participants import RowFrames
 from heavylift.nodes.scene import load
 
 

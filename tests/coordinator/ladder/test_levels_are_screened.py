@@ -36,7 +36,7 @@ def test_the_swing_estimate_follows_a_pendulum_whose_pivot_accelerates_at_random
 
 
 @pytest.mark.parametrize("seed", SWUNG)
-def test_the_estimated_swing_error_of_massless_ropes_agrees_with_two_runs(seed: int) -> None:
+def test_the_estimated_swing_error_of_massless_ropes_agrees_with_the_difference_of_two_runs(seed: int) -> None:
     plan = parse(lift_of_kinds(seed).text, passing=True, followed=False).plan
     ladder, measuring = Ladder(plan), Measuring(("swing", "position"))
     coarse, fine = (ladder.candidates(level)[2] for level in (ladder.plausible[0], ladder.full[-2]))

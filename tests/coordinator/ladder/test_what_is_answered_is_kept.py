@@ -48,7 +48,9 @@ FINER = {"ropes": ("rigid", "elastic", "massive"), "girder": ("rigid", "elastic"
     ],
 )
 @pytest.mark.large(beyond=3)
-def test_random_lifts_are_within_the_requested_accuracy_of_a_reference(draw: Draw, seed: int, accuracy: float) -> None:
+def test_results_of_random_lifts_are_within_the_requested_accuracy_of_a_reference(
+    draw: Draw, seed: int, accuracy: float
+) -> None:
     answer, error = answered(draw, seed, accuracy)
     assert not answer.notes
     assert max(answer.errors.values()) <= accuracy

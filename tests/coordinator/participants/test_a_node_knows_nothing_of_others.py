@@ -224,14 +224,14 @@ def test_an_invalid_limit_of_microsteps_is_refused(limit: Any) -> None:
         ),
     ],
 )
-def test_run_models_refuses_an_end_time_that_is_not_a_number(until: Any, told: str) -> None:
+def test_the_function_run_models_refuses_an_end_time_that_is_not_a_number(until: Any, told: str) -> None:
     with pytest.raises(ModelError) as caught:
         run_models(f"{BEYOND}:chain(3)", until=until, in_process=True)
     assert str(caught.value) == told
 
 
 @pytest.mark.parametrize(("until", "ticks"), [(0, 0), (2, 2), (2.5, 3), (np.int64(2), 2), (1e300, 5), (None, 5)])
-def test_run_models_takes_its_end_time_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
+def test_the_function_run_models_takes_its_end_time_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
     (own_modules / "ticks.py").write_text(TICKS)
     assert run_models("ticks.py:build", until=until, in_process=True).results["y.t"].n == ticks  # type: ignore[attr-defined]
 

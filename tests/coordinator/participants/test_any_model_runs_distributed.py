@@ -121,7 +121,7 @@ def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
         ("rings:tokens(open('x'))", "\"rings:tokens(open('x'))\" does not refer to a model: write module:function"),
         ("rings:tokens(4)", "rings:tokens(4): tokens() raised TypeError: tokens() takes 0 positional arguments"),
         ("rings:sand", "rings:sand: rings has no function sand; define one that returns a Coupled"),
-        ("rungs:tokens", "there is no module rungs in . or installed"),
+        ("rungs:tokens", "there is no module rungs, neither in this folder nor installed"),
         ("rungs.py:tokens", "rungs.py: there is no such file"),
         ("rings:Job", "rings:Job: Job() raised TypeError: Missing required argument 'number'"),
         ("rings:ring", "rings:ring: ring() raised TypeError: ring() missing 3 required positional arguments"),

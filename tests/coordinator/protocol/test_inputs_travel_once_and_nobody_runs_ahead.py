@@ -134,7 +134,7 @@ def test_a_grant_ends_after_a_limited_number_of_events() -> None:
     assert (len(done.spoken), done.reached, done.next) == (SPOKEN, Tag(SPOKEN, 1), Tag(SPOKEN + 1))
 
 
-def test_a_grant_without_outputs_ends_after_a_limited_number_of_tags() -> None:
+def test_a_grant_without_outputs_ends_after_a_limited_number_of_logical_times() -> None:
     node = nodes_of([], Clock("a", 1, silent=True))["a"]
     node.hello()
     for gseq in (1, 2):

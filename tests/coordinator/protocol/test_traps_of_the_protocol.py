@@ -159,7 +159,7 @@ def test_a_message_that_arrives_too_late_is_refused_with_its_sender() -> None:
     node.hello()
     node.handle(Grant(1, Tag(9), None, True, []))
     fail = node.handle(Grant(2, Tag(20), None, False, [event(6)]))
-    assert fail.sentence == "b at (0.000000007 s, 0): the message a.out is late, it was due at (0.000000006 s, 0)"  # type: ignore[union-attr]
+    assert fail.sentence == "b at (0.000000007 s, 0): message from a.out is late: due at (0.000000006 s, 0)"  # type: ignore[union-attr]
 
 
 def test_delaying_outputs_by_a_microstep_would_miss_the_confluent_transition() -> None:

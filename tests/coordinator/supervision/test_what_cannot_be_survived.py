@@ -51,7 +51,7 @@ def test_a_nondeterministic_model_is_reported(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.large
-def test_a_model_that_hangs_is_reported_with_its_code_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_that_hangs_is_reported_with_its_line_of_code(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOOM", "hang")
     with pytest.raises(ProtocolError) as message:
         play({}, "doomed", deadline=0.3)

@@ -209,7 +209,7 @@ def test_each_check_of_each_crane_type_has_a_value_or_is_reported_as_missing(
         assert {x.split()[0] for x in own if x.startswith("off-lead")}, crane
 
 
-def test_the_drive_brake_and_drum_pull_of_a_crane_type_are_checked(tmp_path: Path) -> None:
+def test_drives_brakes_and_drum_pull_of_a_crane_type_are_checked(tmp_path: Path) -> None:
     """A pick 0.5 m aside, which the ropes lead to: T d / |d| along x, on the drive and on its brake."""
     text = library()["overhead-100"].read_text(encoding="utf-8").replace("overhead-100", "own")
     text = text.replace("force: 40 kN, brake: 60 kN", "force: 8 kN, brake: 80 kN")

@@ -58,7 +58,7 @@ def test_clearances_after_a_run_are_reduced_by_the_effect_of_uncertain_inputs(li
 
 
 @pytest.mark.large(beyond=2)
-def test_a_lift_has_the_same_worst_clearance_beside_another_lift_as_alone(lift: Lift) -> None:
+def test_a_lift_has_the_same_worst_clearance_beside_another_lift_as_when_it_is_alone(lift: Lift) -> None:
     """One with a wall at an uncertain place and a limit of its own, beside one without both."""
     random = Random(lift.y)
     gap, half, limit = random.uniform(0.7, 1.2), random.uniform(0.02, 0.4), random.uniform(0.55, 0.9)

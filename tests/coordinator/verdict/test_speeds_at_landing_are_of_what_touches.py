@@ -49,7 +49,7 @@ def speeds(scene: LoadedScene) -> dict[tuple[str, str], float | None]:
     return {(x.subject, x.quantity): x.value and 60.0 * x.value for x in rows}
 
 
-def test_a_block_that_lands_on_one_edge_has_the_speed_of_that_edge(tilted: Played) -> None:
+def test_the_landing_speed_of_a_block_that_lands_on_one_edge_is_that_of_the_edge(tilted: Played) -> None:
     """The force of a pad at the instant of contact is that of its damper alone, which shows the speed."""
     (found,) = (x for x in tilted.verdict.checks if x.quantity == "landing speed")
     past = tilted.past.part(0, len(tilted.t))

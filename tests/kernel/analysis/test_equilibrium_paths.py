@@ -226,7 +226,7 @@ def crossed():
     return System((body,), (Joint("free", "free", "world", "block"),), ropes=ropes, supports=(pad,), gravity=G)
 
 
-def test_the_tangent_stiffness_agrees_in_machine_code_and_interpreted_python_and_with_differences():
+def test_the_tangent_stiffness_agrees_in_machine_code_and_interpreted_python_and_with_finite_differences():
     native, floats = (Poses(s) for s in (Simulation(crossed()), Simulation(crossed(), native=False)))
     for poses in (native, floats):
         poses.simulation.start()

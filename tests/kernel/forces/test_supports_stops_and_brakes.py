@@ -51,7 +51,7 @@ def test_a_block_settles_by_five_millimetres_on_its_supports():
     assert all(sum(r) == pytest.approx(9.0e5 * G, rel=1e-6) for r in [s.row().normal])
 
 
-def test_a_sliding_block_stops_after_v_squared_over_two_mu_g():
+def test_a_sliding_block_stops_after_the_distance_v_squared_over_two_mu_g():
     feet = ((-4.0, -4.0), (-4.0, 4.0), (4.0, -4.0), (4.0, 4.0))
     mu, v = 0.2, hypot(1.2, 0.5)
     scene = block_on_pads(1.0e5, (0.0, 0.0, 0.0), feet, -5e-3, mu, (1.2, 0.5, 0.0, 0.0, 0.0, 0.0))
@@ -141,7 +141,7 @@ def _lead(zeta):
     return atan2(2 * zeta * sqrt(1 - zeta**2), 1 - 2 * zeta**2)
 
 
-def test_a_brake_stops_a_trolley_within_v_squared_over_two_a():
+def test_a_brake_stops_a_trolley_within_the_distance_v_squared_over_two_a():
     mass, v, force = 3.0e5, 0.5, 3.0e4
     brake = Brake("brake", "load-guide", force, 1.0e9, 1.0e6)
     s = started(replace(slider(axis=X, mass=mass, v0=v), brakes=(brake,)), **FINE)

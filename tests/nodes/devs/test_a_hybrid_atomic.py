@@ -110,7 +110,7 @@ def test_a_restored_hybrid_atomic_repeats_the_run_to_the_last_bit() -> None:
 
 
 @pytest.mark.parametrize(("height", "e"), [(10.0, 0.8), (2.0, 0.5), (0.3, 0.9)])
-def test_a_bouncing_ball_bounces_at_its_closed_form_and_comes_to_rest(height: float, e: float) -> None:
+def test_a_bouncing_ball_bounces_at_the_times_of_the_closed_form_and_comes_to_rest(height: float, e: float) -> None:
     model = Coupled("room")
     ball = model.add(FallingBall("ball", height, e))
     model.connect(ball.bounce, model.add_out("bounce", Bounce))

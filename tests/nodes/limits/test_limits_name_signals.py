@@ -68,7 +68,7 @@ def test_the_formula_of_a_signal_gives_equal_values_on_columns_and_at_single_ins
     assert columns.tolist() == each
 
 
-def test_each_limit_checks_signals_of_one_table_or_their_reductions() -> None:
+def test_every_quantity_with_a_limit_is_checked_on_signals_or_on_reductions_of_signals() -> None:
     assert set(KINDS.values()) <= set(ROWS)
     assert {*KINDS, *REDUCTIONS, *BASES, "signal", "interlock"} == {*get_args(Limited)} - {*OF_SHAPES, *WITHOUT}
     beyond = {quantity for quantity, reduction in REDUCTIONS.items() if reduction in ("ordered speed", "splash zone")}
@@ -104,7 +104,7 @@ def test_signals_of_limits_can_be_thresholds_and_are_evaluated_along_the_equilib
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_a_signal_has_equal_values_as_guard_in_samples_and_in_statics(
+def test_a_signal_has_the_same_value_as_a_guard_as_a_sample_and_in_statics(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over every type: a guard on the value that is read off the first sample has its zero there, and what the columns

@@ -112,7 +112,7 @@ def _answer(copy: Path, scene: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_a_scene_reads_and_runs_a_new_force(copy: Path) -> None:
+def test_a_newly_added_force_is_read_from_a_scene_and_acts_in_its_run(copy: Path) -> None:
     made, speed, keys = _answer(copy, SCENE)
     assert made.startswith("EddyBrake(name='retarder', joint='hinge', largest=400.0, critical=12.2")
     assert "d=2.0" in made

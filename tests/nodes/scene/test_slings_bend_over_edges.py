@@ -154,7 +154,7 @@ def tensions(text: str) -> list[float]:
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.3])
-def test_a_rope_over_an_edge_on_a_third_body_has_the_tension_of_one_over_an_edge_on_the_wall(aside: float) -> None:
+def test_the_tension_of_a_rope_over_an_edge_on_a_third_body_equals_that_over_an_edge_on_the_wall(aside: float) -> None:
     """A rope from a wall over a pier to its load hangs as one over the wall does, wherever the pier stands."""
     ends = "from: [{0} m, -1 m, {1} m], to: [{0} m, 1 m, {1} m]"
     own = ROPE.replace("from: [0, -1 m, 0], to: [0, 1 m, 0]", ends.format(aside, 0))

@@ -28,7 +28,7 @@ AFLOAT = 0.02  # of the displacement, by which the weight may differ from that o
 
 
 def hull_of_vessel(builder: SceneBuilder, name: str) -> Hydrodynamics | None:
-    """Return the hydrodynamic data of a vessel, which are read once; None if it has none, or after an error."""
+    """Return the hydrodynamic data of a vessel, reading their file only once; None without data or after an error."""
     vessel = builder.scene.vessels.get(name)
     if name not in builder.hulls and vessel and (of := vessel.floating):
         found = _hydrodynamics_of(builder, name, of.hydrodynamics) if of.hydrodynamics else None
@@ -85,8 +85,9 @@ def _hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynam
 
 
 def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: float, centre: Sequence[float]) -> None:
-    """Add an error unless a loaded vessel floats upright at the draught for which its hydrodynamic file was computed.
-    `mass` [kg] and `centre` [m]: of everything together, relative to the vessel."""
+    """Add an error unless a loaded vessel floats upright at the draught of its hydrodynamic file.
+
+    `mass` [kg] and `centre` [m]: of the vessel and all that stands on it, relative to the vessel."""
     displaced = hull.density * hull.volume
     if abs(mass - displaced) > AFLOAT * displaced:
         message = (
@@ -144,8 +145,9 @@ def check_energy(builder: SceneBuilder, name: str, hull: Hydrodynamics, sea: lis
 
 
 def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float) -> list[list[float]]:
-    """Return the hydrostatic stiffness (3, 3) in heave [N/m], roll and pitch [N m] of a floating weight [N] with its
-    centre of mass `height` [m] above the waterline."""
+    """Return the hydrostatic stiffness (3, 3) of a floating body in heave [N/m], roll and pitch [N m].
+
+    `weight` [N]; `height` [m]: of the centre of mass above the waterline."""
     across, along = (weight * (metacentre - height) for metacentre in hull.metacentres)
     water = hull.density * gravity
     x, y, xy = (water * moment for moment in hull.moments)
@@ -153,8 +155,9 @@ def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float)
 
 
 def radiation(builder: SceneBuilder, name: str, hull: Hydrodynamics) -> list[Radiation]:
-    """Return the radiation force of a hull at the origin of its vessel, with that on a second hull beside it. It is
-    empty for a vessel that is itself such a second hull."""
+    """Return the radiation force law of a vessel's hull, coupled with a second hull beside it, if any.
+
+    The list is empty for the second hull, which is part of the law of the first one."""
     vessels = builder.scene.vessels
     floating = {key: x.floating for key, x in vessels.items() if x.floating}
     if floating[name].beside:
@@ -168,7 +171,7 @@ def radiation(builder: SceneBuilder, name: str, hull: Hydrodynamics) -> list[Rad
 
 
 def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Vessel, waves: Waves) -> list[Load]:
-    """Return the wave loads and drifts on a vessel, along and about the axes of the vessel at rest."""
+    """Return the wave loads and drift loads on a vessel, along and about the axes of the vessel at rest."""
     away = (vessel.at[0] - waves.origin[0], vessel.at[1] - waves.origin[1])
     amplitude, frequency = waves.regular
     regular = [Component(frequency, amplitude, waves.heading, 0.0)] if amplitude else []

@@ -25,7 +25,7 @@ MOVES = ("drive", "hook", "winch", "tugger")  # kinds of actors that can be stop
 
 
 def build_interlocks(yard: SceneBuilder) -> tuple[Interlock, ...]:
-    """Return the interlocks of the scene and of its machine types, one for each machine that they stop."""
+    """Return the interlocks of the scene and of machine types; each interlock stops motions of a single machine."""
     if not yard.scene.interlocks:
         return ()
     builder = _Builder(yard)
@@ -41,7 +41,7 @@ class _Builder:
                 self.moving.setdefault(actor.model, {})[actor.name] = actor
 
     def built(self, name: str, given: Keys) -> list[Interlock]:
-        """Return one interlock for each machine that the given interlock stops."""
+        """Split an interlock of the scene into one interlock for each machine that it stops."""
         path: Path = ("interlocks", name)
         tests = [test for test in given.when if isinstance(test, CrossTest)]
         if len(given.when) != 1 or not tests:

@@ -30,7 +30,7 @@ def test_invalid_contacts_are_refused_in_one_sentence(contact, words):
     assert words in str(e.value)
 
 
-def test_the_painleve_paradox_of_a_rod_is_refused_by_name():
+def test_the_painleve_paradox_of_a_rod_is_reported_with_its_name():
     """A long rod scrapes over very rough ground, leaning into its motion: no force fits."""
     lean = np.radians(50.0)
     scene = leaning_rod(lean, mu=tan(lean) * 3.0)
