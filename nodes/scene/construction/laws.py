@@ -156,8 +156,9 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
                 plan.Actuator(name=name, start=rope.length, accel=winch.ramp, lower=lower, upper=upper, where=where)
             )
     for name, line in checks.given.forces.items():
-        if rate := getattr(line, "rate", 0.0):
-            where, accel, start = checks.source.where((*checks.base, "forces", name)), rate / EASES, line.tension
+        rate, start = (getattr(line, key, 0.0) for key in ("rate", "tension"))
+        if rate:
+            where, accel = checks.source.where((*checks.base, "forces", name)), rate / EASES
             found.append(plan.Actuator(name=name, start=start, accel=accel, lower=0.0, speed=rate, where=where))
     return found
 
