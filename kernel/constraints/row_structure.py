@@ -167,7 +167,7 @@ Lengths = Mapping[str, tuple[Scalar, Scalar, Scalar]]  # of rigid ropes, with tw
 
 
 class CompiledScene(Protocol):
-    """Interface that constraint rows need from a compiled scene."""
+    """Interface of a compiled scene for its constraint rows."""
 
     @property
     def graph(self) -> Graph: ...

@@ -35,7 +35,7 @@ Master = tuple[Scalar, Scalar, Scalar, Scalar, Scalar]  # s, ds/dt, d2s/dt2, sin
 
 @dataclass
 class Evaluation:
-    """Result of evaluating the equations of a scene at one state, on floats or traced; steps use `dy` and `guards`."""
+    """Result of evaluating the equations of a scene at one state, in floats or symbols; steps use `dy` and `guards`."""
 
     program: Program
     t: Scalar  # [s] since the epoch

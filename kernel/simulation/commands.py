@@ -122,7 +122,7 @@ class CommandSwitches:
         if name not in steered(self._native.program.system):
             raise KernelError(f"'{name}' is not a driven signal of a force; move it by a profile")
         if not isfinite(value):
-            raise KernelError(f"'{name}': {value!r} is not a valid value of a signal")
+            raise KernelError(f"'{name}': {value!r} is not a valid value of a signal; give a finite number")
         self.references.set_value(name, self._native.epoch, value)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:

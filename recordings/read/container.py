@@ -64,7 +64,7 @@ def is_recording(head: bytes) -> bool:
 
 
 class Container:
-    """A finished MCAP file of unknown origin, read safely."""
+    """Reader of a finished MCAP file whose content is not trusted."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = file_path(path)

@@ -200,7 +200,7 @@ def check_contact(c: Contact) -> None:
         if isinstance(shape, Box) and min(shape.size) <= 0.0:
             raise KernelError(f"{where}: the edges of the box of '{shape.body}' are {shape.size} m; make them positive")
         if isinstance(shape, Box) and np.abs(np.array(shape.R) @ np.transpose(shape.R) - np.eye(3)).max() > UNIT:
-            raise KernelError(f"{where}: R of the box of '{shape.body}' is not a rotation")
+            raise KernelError(f"{where}: R of the box of '{shape.body}' is not a rotation; give unit vectors")
         if isinstance(shape, Plane) and not norm(shape.normal) > 0.0:
             raise KernelError(f"{where}: the normal of its plane is zero; give it a direction")
 

@@ -251,7 +251,7 @@ class NativeState:
         return row
 
     def instant(self) -> Evaluation:
-        """Return the evaluation of the present state on floats: forces, accelerations, guards."""
+        """Return the evaluation of the present state in floats: forces, accelerations, guards."""
         return evaluate(self.program, self["t"], self.state.copy(), self.P, self.among())
 
     def close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
