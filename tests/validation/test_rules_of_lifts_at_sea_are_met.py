@@ -6,8 +6,10 @@ coupled motions of a floating crane are compared with another formulation in `te
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from math import pi, sqrt
+from pathlib import Path
 from random import Random
 
 import numpy as np
@@ -15,6 +17,8 @@ import pytest
 from heavylift.kernel.analysis import equilibrium, linear_model, modes
 from heavylift.kernel.description import WORLD, Body, Drive, Joint, JointSpring, Line, Load, Point, Rope, System
 from heavylift.kernel.simulation import Simulation
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 from small_scenes import SECOND, G, Z, column, hand_over, started
 
 SMALL = 1e-5  # relative: frequencies by differences
