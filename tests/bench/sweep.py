@@ -20,7 +20,7 @@ from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import run
 from heavylift.coordinator.sweeps import Study, Task, Variant, played, sweep
 from heavylift.nodes.scene import load

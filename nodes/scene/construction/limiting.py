@@ -153,6 +153,12 @@ def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
             else "",
             f"current on {name}": "not included: its motion is given" if scene.current and not floating else "",
         }
+        streams = {
+            "wind": scene.wind and floating and floating.wind,
+            "current": scene.current and floating and floating.current,
+        }
+        for of in (of for of, keys in streams.items() if keys and keys.height is None):
+            missing[f"heel of {name} by {of}"] = f"not included; give the 'height' of 'floating: {{{of}: ...}}'"
         for subject, note in ((x, y) for x, y in missing.items() if y):
             where = builder.source.where(("vessels", name))
             yield RatedLimit(subject=subject, quantity="inputs", unit="", note=note, where=where)

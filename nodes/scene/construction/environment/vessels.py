@@ -11,18 +11,8 @@ from math import pi
 import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Radiation, Stream, Wave
-from heavylift.kernel.description.mechanics import (
-    IDENTITY,
-    WORLD,
-    Body,
-    Drive,
-    Joint,
-    Point,
-    SharedWater,
-    System,
-    Vector,
-)
+from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Radiation, Stream, Wave, WaveSum
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, SharedWater, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
 from heavylift.nodes.plan import plan
@@ -33,14 +23,12 @@ from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.rigging import Frame
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.sea.prescribed import MODES, carried
 from heavylift.nodes.sea.spectra import wave_number
 
 from .hulls import check_draught, hull_of_vessel, radiation, restoring, wave_loads
 
 MOST = 0.02  # of its displacement may be a load, where its motion is given
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-CHAIN = {"surge": X, "sway": Y, "heave": Z, "yaw": Z, "pitch": Y, "roll": X}  # axes of joints, the first on the world
-MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")  # in matrices
 
 
 def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
@@ -70,22 +58,11 @@ def _carried(builder: SceneBuilder, name: str, given: Vessel, body: Body) -> Sys
     if builder.scene.waves and builder.scene.waves.seas:
         message = "responses are those to one regular wave, and the scene has irregular seas"
         builder.source.fault(("vessels", name, "motion"), message, "write 'motion: forces' with 'hydrodynamics'")
-    names = [WORLD, *(f"{name}.{mode}" for mode in CHAIN)][:-1]
-    bodies = [*(Body(massless, 0.0) for massless in names[1:]), body]
-    joints = [
-        Joint(
-            f"{name}.{mode}", "prismatic" if mode in MODES[:3] else "revolute", parent, child.name,
-            p_PJ=given.at if parent == WORLD else (0.0, 0.0, 0.0), axis=axis, q0=(0.0,),
-            R_PJ=given.attitude if parent == WORLD else IDENTITY,
-        )
-        for (mode, axis), parent, child in zip(CHAIN.items(), names, bodies, strict=True)
-    ]  # fmt: skip
-    waves, drives = builder.scene.waves, []
-    for mode in CHAIN:
+    waves, motions = builder.scene.waves, dict[str, Wave | WaveSum | None]()
+    for mode in MODES:
         size, phase = getattr(given.responses, mode)
-        wave = _wave(waves, size, phase - _delay(builder, waves, given.at)) if waves else None
-        drives.append(Drive(f"{name}.{mode}.drive", f"{name}.{mode}", "prescribed", wave=wave))
-    return System(tuple(bodies), tuple(joints), drives=tuple(drives), gravity=builder.scene.gravity)
+        motions[mode] = _wave(waves, size, phase - _delay(builder, waves, given.at)) if waves else None
+    return carried(body, given.at, given.attitude, motions, builder.scene.gravity)
 
 
 def _free(given: Vessel, added: Matrix6 | None, body: Body) -> System:
