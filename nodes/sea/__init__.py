@@ -9,6 +9,7 @@ coefficients     the file of a hull made from coefficients, or from a mesh by Ca
 data_files       coefficients in files of WAMIT and Capytaine, with their conventions
 nemoh_data       the same for files of NEMOH
 prescribed       vessels on six joints that move as given harmonics
+gap_damping      damping of the water between two hulls
 hydrostatics     volume, centre of buoyancy and stiffness of a mesh
 """
 

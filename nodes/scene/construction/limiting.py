@@ -159,6 +159,11 @@ def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
         }
         for of in (of for of, keys in streams.items() if keys and keys.height is None):
             missing[f"heel of {name} by {of}"] = f"not included; give the 'height' of 'floating: {{{of}: ...}}'"
+        if hull and hull.beside and not hull.beside.damping:
+            missing[f"gap damping beside {name}"] = (
+                "only waves damp the water between the hulls, whose resonance is then too high; state it, `heavylift "
+                "hull --gap-damping`"
+            )
         for subject, note in ((x, y) for x, y in missing.items() if y):
             where = builder.source.where(("vessels", name))
             yield RatedLimit(subject=subject, quantity="inputs", unit="", note=note, where=where)

@@ -16,7 +16,17 @@ from heavylift.nodes.limits import checks_of
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import Fidelity
 from heavylift.nodes.scene import load
-from heavylift.nodes.sea import Coefficients, Hydrodynamics, StateSpace, capytaine, drift_of, hull_of, wamit, with_drift
+from heavylift.nodes.sea import (
+    Coefficients,
+    Hydrodynamics,
+    StateSpace,
+    capytaine,
+    drift_of,
+    hull_of,
+    wamit,
+    with_drift,
+    with_gap_damping,
+)
 from scipy.io import netcdf_file
 
 DATA = Path(__file__).parents[2] / "data" / "two-barges.nc"
@@ -128,14 +138,14 @@ def answer(w: float, radiation: np.ndarray, X: np.ndarray) -> np.ndarray:
     return 0.01 * np.exp(-1j * delay) * np.linalg.solve(Z, X).reshape(2, 6)
 
 
-def fitted_answer(pair: Hydrodynamics, w: float) -> np.ndarray:
+def fitted_answer(pair: Hydrodynamics, w: float, X: np.ndarray | None = None) -> np.ndarray:
     """Motions (2, 6) with the fitted memory."""
     of, second = pair.radiation, pair.beside
     assert second
     K = StateSpace(np.array(of.F), np.concatenate([of.G, second.hull.radiation.G], axis=1)).memory(np.array([w]))[0]
     A_inf = np.block([[np.array(pair.added_mass), np.array(second.added_mass).T],
                       [np.array(second.added_mass), np.array(second.hull.added_mass)]])  # fmt: skip
-    return answer(w, -w * w * A_inf + 1j * w * K, raw(w)[1])
+    return answer(w, -w * w * A_inf + 1j * w * K, raw(w)[1] if X is None else X)
 
 
 @pytest.mark.parametrize("w", [0.8, RESONANCE, pytest.param(0.5, marks=pytest.mark.large)])
@@ -336,3 +346,23 @@ def test_drift_of_both_hulls_together_is_refused(tmp_path: Path, pair: Hydrodyna
     given = drift_of(drifts(tmp_path / "two.9", (1, 2, 6, 7, 8, 12)), RHO * 9.81, 10.0)
     with pytest.raises(SceneError, match=r"two.9: the data need the drift of a single hull"):
         with_drift(msgspec.structs.replace(pair, beside=None), *given, "two.9")
+
+
+def test_a_stated_gap_damping_lowers_the_motions_of_two_hulls_at_the_resonance_of_the_gap(
+    tmp_path: Path, pair: Hydrodynamics
+) -> None:
+    """In time as in the frequency domain; without it the inputs are amber."""
+    damped = with_gap_damping(pair, 0.05, "a model test")
+    found, _ = motions(placed(tmp_path, damped, text(RESONANCE)), RESONANCE)
+    missing = [x.subject for x in load(tmp_path / "pair.yaml").checks if "gap damping" in x.subject]
+    assert not missing
+    assert damped.beside
+    h, away = HEADING - BOW, (PLACES[1] - PLACES[0]) @ (np.cos(HEADING), np.sin(HEADING))
+    delay = np.exp(-1j * RESONANCE**2 / G * away)  # of the phases at the second hull
+    X = np.array([*damped.load(RESONANCE, h), *(delay * np.array(damped.beside.hull.load(RESONANCE, h)))])
+    want = fitted_answer(damped, RESONANCE, X)
+    for kind in (slice(0, 3), slice(3, 6)):
+        assert np.abs(found[:, kind] - want[:, kind]).max() < CLOSE * np.abs(want[:, kind]).max()
+    free = fitted_answer(pair, RESONANCE)
+    assert np.abs(want[1, 1]) < np.abs(free[1, 1]), "the small barge sways less"
+    assert [x.subject for x in load(placed(tmp_path, pair, text())).checks if "gap damping" in x.subject]
