@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from heavylift.coordinator.commands.common.app import app
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run.verify import verify
 from heavylift.kernel import SceneError
