@@ -276,11 +276,16 @@ def hull(
         float | None, typer.Option(help="of the water [m], for WAMIT or a mesh; default deep", min=1e-3)
     ] = None,
     drift: Annotated[Path | None, typer.Option(help="NAME.8 or .9 of WAMIT: mean drift")] = None,
+    gap_damping: Annotated[
+        float | None, typer.Option(help="of the water between two hulls, part of critical", min=0.0, max=1.0)
+    ] = None,
+    gap_source: Annotated[str, typer.Option(help="where the gap damping comes from, such as a model test")] = "",
     force: o.Force = False,
 ) -> None:
     """Convert hydrodynamic data of a hull into a file for `hydrodynamics:`.    heavylift hull barge.nc -o barge.json"""
     import msgspec
     from heavylift.nodes.sea.coefficients import computed, hull_of
+    from heavylift.nodes.sea.gap_damping import with_gap_damping
     from heavylift.recordings.write.partfile import written
 
     wamit, mesh = data.suffix == ".1", data.suffix not in (".nc", ".cal", ".1")
@@ -290,8 +295,12 @@ def hull(
     }  # fmt: skip
     if names := [name for name, given in idle.items() if given]:
         raise SceneError(f"{data}: hydrodynamic data in this format take no {' or '.join(names)}; leave the option out")
+    if (gap_damping is None) == bool(gap_source):
+        raise SceneError(f"{data}: --gap-damping needs --gap-source, where it comes from, and the other way round")
     given = computed(data, depth) if mesh else data
     found = hull_of(given, volume, height, length, depth, drift)
+    if gap_damping is not None:
+        found = with_gap_damping(found, gap_damping, gap_source)
     error = found.radiation.error
     text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"
     typer.echo(f"wrote {written(text, output or Path(f'{found.name}.json'), 'a hull', ('.json',), force)}")

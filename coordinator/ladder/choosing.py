@@ -15,13 +15,13 @@ from math import inf
 from pathlib import Path
 
 import msgspec
+from heavylift.coordinator.record.in_memory import CUT, play
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import MEANT, Answer, Fidelity, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
-from .in_memory import CUT, play
 from .looking import Look, as_it_is, errors_of_limits, looks, with_level
 from .measuring import Measuring, largest
 from .model_levels import DECADE, Ladder, ModelLevel, at_level

@@ -10,11 +10,11 @@ from threading import Thread
 from typing import NamedTuple
 
 import msgspec
+from heavylift.coordinator.record.in_memory import CUT, Judge, compiled, play
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import Asked, Fidelity
 
 from .figures import AskedFigure, figures, judged
-from .in_memory import CUT, Judge, compiled, play
 from .model_levels import ModelLevel
 
 DENSER, MOST = 4.0, 60_000  # times the samples, where a figure may be misread; at most of them in a run

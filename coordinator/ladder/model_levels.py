@@ -8,6 +8,7 @@ fixes are kept in its own runs, but not in runs of witnesses.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.mechanics import System
@@ -21,6 +22,10 @@ LADDER = (
     Fidelity(girder="elastic", rope_mass="lumped"),
     *(Fidelity(ropes="massive", lumps=n, rope_mass="lumped", girder="elastic") for n in (2, 4, 8)),
 )
+WATERS: dict[Literal["motion given", "one frequency"], str] = {
+    "motion given": "motion of vessels given",
+    "one frequency": "water at one frequency",
+}  # coarsest first
 TOLERANCES = {"radau5": (3, 8), "dop853": (6, 11)}  # exponents of the loosest and of the tightest decade
 OTHERS = (5, 10)
 DECADE = 2  # candidates of a level from one tolerance to a tenth of it
@@ -78,8 +83,8 @@ class ModelLevel:
     def level(self) -> str:
         """The effects that the model level includes, in words."""
         at = self.plan.fidelity
-        if at.water == "one frequency":
-            return f"{self.on(msgspec.structs.replace(at, water='memory')).level}, water at one frequency"
+        if at.water != "memory":
+            return f"{self.on(msgspec.structs.replace(at, water='memory')).level}, {WATERS[at.water]}"
         if not left_out(at_level(self.plan, LADDER[0])):
             return "as it is written"
         ropes = f"ropes of {at.lumps} lumps" if at.ropes == "massive" else f"{at.ropes} ropes"
@@ -135,11 +140,11 @@ class Ladder:
 
     @property
     def compared(self) -> list[Fidelity]:
-        """All model levels; for vessels in waves also the finest one with radiation damping and added mass at one
-        frequency only."""
-        flat = msgspec.structs.replace(self.full[-1], water="one frequency")
-        same = system(at_level(self.plan, flat)) == system(at_level(self.plan, self.full[-1]))
-        return self.full if same else [flat, *self.full]
+        """All model levels and, for vessels in waves, the finest one with less of the water."""
+        finest = self.full[-1]
+        flat = [msgspec.structs.replace(finest, water=water) for water in WATERS]
+        whole = system(at_level(self.plan, finest))
+        return [*(x for x in flat if system(at_level(self.plan, x)) != whole), *self.full]
 
     @cached_property
     def levels(self) -> list[Fidelity]:

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
+from heavylift.coordinator.record.in_memory import play
 from heavylift.coordinator.supervision.pool import Pool
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
 from heavylift.kernel.trust import demand
@@ -14,7 +15,6 @@ from heavylift.nodes.plan.fidelity import ASKABLE, USUAL
 from heavylift.nodes.plan.plan import Plan, decode, encode, functions
 
 from .figures import AskedFigure, figures
-from .in_memory import play
 from .looking import as_it_is
 from .measuring import Errors, Measuring
 

@@ -11,11 +11,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import ceil, inf
 
+from heavylift.coordinator.record.in_memory import CUT
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.plan.fidelity import ASKABLE, MEANT, USUAL, Asked, percent
 from heavylift.nodes.scene import LoadedScene
 
-from .in_memory import CUT
 from .measuring import Errors, Measuring
 from .model_levels import DECADE, Ladder, ModelLevel
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from math import ceil, inf, log10
 from pathlib import Path
 
+from heavylift.coordinator.record.in_memory import CUT
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.plan.fidelity import Answer, Question
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scene.text.units import DURATION
 
 from .choosing import ACCURACIES, answered, choose
-from .in_memory import CUT
 from .measuring import Measuring, largest
 from .model_levels import Ladder, ModelLevel
 

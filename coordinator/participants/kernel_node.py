@@ -240,7 +240,7 @@ class KernelNode:
 
     def _pause(self) -> None:
         self.pauses += 1
-        self.sink.paused(self.simulation.now)
+        self.sink.paused(self.simulation)
         if len(self.simulation.rows) >= BATCH:
             self._flush()
 

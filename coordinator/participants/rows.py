@@ -8,9 +8,11 @@ from collections.abc import Callable, Sequence
 
 import msgspec
 import numpy as np
+from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.commands import LiftRowsView
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.native.samples import published
+from heavylift.kernel.simulation.simulation import Simulation
 from numpy.typing import NDArray
 
 Row = tuple[int, NDArray[np.float64]]  # time [ns], and values as the kernel's `method` lays them out
@@ -32,8 +34,8 @@ class RowSink:
     def apart(self, lift: LiftRowsView, first: int, rows: Sequence[Row]) -> None:
         """Receive rows of a lift that is computed alone."""
 
-    def paused(self, t: float) -> None:
-        """Called now and then during a long calculation, at a simulation time [s]; may raise HeavyliftError."""
+    def paused(self, simulation: Simulation | Islands) -> None:
+        """Called now and then during a long calculation; may raise HeavyliftError."""
 
 
 class LargestRows(RowSink):

@@ -8,15 +8,16 @@ effects: `run` does that.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Generic, TypeVar
+from contextlib import suppress
+from typing import Generic, NamedTuple, TypeVar
 
 from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
+from heavylift.nodes.devs import FOREVER, Event, Simulator, Steppable, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving, goes_on
 from heavylift.nodes.plan.plan import Plan
 
-from .configuration import PATIENCE_ns, kernel_config, postponed, wiring
+from .configuration import PATIENCE_ns, Wiring, kernel_config, postponed, wiring
 from .kernel_node import KernelNode
 from .lockstep import Lockstep
 from .parts import KernelConfig
@@ -41,20 +42,16 @@ class Session(Generic[Kernel]):
     ) -> None:
         """`make` creates the kernel from its configuration; `hear` receives committed events; `end` replaces the end of
         the plan. A plan without an end is extended while a driving model is scheduled."""
-        self.models = models = build(plan)
-        self.config = configured(plan, models)
+        self._built = built = _spare(plan) or _Built.of(plan)
+        self.models, self.config = built.models, built.config
         self.kernel = make(self.config)
         self._hear, self._plan = hear, plan
         self._patient = end is None and plan.end is None
         end = end or Tag(PATIENCE_ns if plan.end is None else seconds(plan.end))
-        wires, most, shared = wiring(plan), plan.microsteps, driving(plan)
-        homes = {COMMANDER: [*dict.fromkeys(shared)], **{n: [n] for n in models if n not in shared}}
-        acting = {
-            n: Simulator([models[m] for m in own], microsteps=most, watched=False, wires=wires.all)
-            for n, own in homes.items()
-        }
+        wires, homes = built.wires, built.homes
+        nodes: dict[str, Steppable] = {**built.acting, KERNEL: self.kernel}
         self.core = Lockstep(
-            {**acting, KERNEL: self.kernel}, wires.couplings, end, wires.finish, self._heard, wires.outside, most, homes
+            nodes, wires.couplings, end, wires.finish, self._heard, wires.outside, plan.microsteps, homes
         )
 
     def _heard(self, event: Event) -> None:
@@ -78,4 +75,39 @@ class Session(Generic[Kernel]):
         waiting = [text for model in self.models.values() if (text := str(getattr(model, "waiting_for", str)()))]
         if waiting and self._patient and self.core.over is not RunEnd.FINISHED:
             raise ModelError(waiting[0])
+        if not self._plan.models:  # whose state may be anywhere
+            _SPARE[:] = [self._built]
         return "; ".join(waiting)
+
+
+class _Built(NamedTuple):
+    """The models of a plan in their simulators, which `start` brings to their initial states again."""
+
+    plan: Plan
+    models: dict[str, NodeModel]
+    config: KernelConfig
+    wires: Wiring
+    homes: dict[str, list[str]]
+    acting: dict[str, Simulator]
+
+    @classmethod
+    def of(cls, plan: Plan) -> _Built:
+        models, wires, shared = build(plan), wiring(plan), driving(plan)
+        homes = {COMMANDER: [*dict.fromkeys(shared)], **{n: [n] for n in models if n not in shared}}
+        acting = {
+            n: Simulator([models[m] for m in own], microsteps=plan.microsteps, watched=False, wires=wires.all)
+            for n, own in homes.items()
+        }
+        return cls(plan, models, configured(plan, models), wires, homes, acting)
+
+
+_SPARE: list[_Built] = []  # of the last run that came to its end, for the next one of the same plan
+
+
+def _spare(plan: Plan) -> _Built | None:
+    """Take the models of an equal plan whose run is over, if they are still there; threads take them once."""
+    with suppress(IndexError):
+        built = _SPARE.pop()
+        if built.plan == plan:
+            return built
+    return None

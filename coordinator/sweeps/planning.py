@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 from heavylift.coordinator.ladder.choosing import answered, chosen
-from heavylift.coordinator.ladder.in_memory import CUT, Played, play
+from heavylift.coordinator.record.in_memory import CUT, Played, play
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene

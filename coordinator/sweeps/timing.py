@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from heavylift.coordinator.ladder.in_memory import Played
+from heavylift.coordinator.record.in_memory import Played
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.parts.messages import Done

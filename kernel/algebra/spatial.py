@@ -15,7 +15,7 @@ from .elementary import cos, sin
 def exact(x: "Scalars | Sequence[Sequence[float]]") -> Array:
     """Return an array with its numbers as Python floats, so that products and sums are equal on all processors."""
     # products of NumPy floats use BLAS, which differs between processors
-    return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
+    return np.asarray(x, dtype=float).astype(object)
 
 
 def join(*parts: Scalars) -> Array:

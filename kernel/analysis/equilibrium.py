@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
 
 RUBS = ("rub", "brake")  # kinds of guards that watch dry friction
+SLIDING = {
+    "rub": (SupportAt.CLOSED, SupportAt.STICK, SupportAt.KT),
+    "brake": (BrakeAt.ENGAGED, BrakeAt.STICK, BrakeAt.K),
+}
 SETTLED = 20  # rounds of switching at one pose after which laws contradict each other
 OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed"}
 
@@ -81,18 +85,23 @@ def release(simulation: Simulation) -> float:
 
     Return the longest slide of a pad [m]; each slide is taken to be straight, in its final direction.
     """
-    slid = 0.0
-    program, row = simulation.program, simulation.row()
+    slid, row = 0.0, None
+    program = simulation.program
     for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):
-        shown, p = program.shown(law, row), simulation.P[program.parameters.at[law.law.kind, law.name]]
-        if kind == "rub" and p[SupportAt.CLOSED] > 0.0 and p[SupportAt.STICK] <= 0.0 and p[SupportAt.KT] > 0.0:
+        p = simulation.P[program.parameters.at[law.law.kind, law.name]]
+        acts, sticks, stiff = SLIDING[kind]
+        if not (p[acts] > 0.0 and p[sticks] <= 0.0 and p[stiff] > 0.0):
+            continue
+        row = row or simulation.row()
+        shown = program.shown(law, row)
+        if kind == "rub":
             place, limit = shown[1:3], p[SupportAt.MU] * shown[0]
             distance = place - p[SupportAt.ANCHOR]
             # the anchor follows until the spring carries the limit (radial return)
             anchor = place - limit / p[SupportAt.KT] / max(_length(distance), 1e-300) * distance
             slid = max(slid, _length(anchor - p[SupportAt.ANCHOR]))
             p[SupportAt.ANCHOR] = anchor
-        if kind == "brake" and p[BrakeAt.ENGAGED] > 0.0 and p[BrakeAt.STICK] <= 0.0 and p[BrakeAt.K] > 0.0:
+        else:
             q = shown[0]
             p[BrakeAt.ANCHOR] = q - p[BrakeAt.MOMENT] / p[BrakeAt.K] * np.sign(q - p[BrakeAt.ANCHOR])
     return slid

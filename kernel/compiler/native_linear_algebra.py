@@ -7,6 +7,7 @@ complex systems in two planes.  Factors live in a block of doubles beside the st
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -144,6 +145,7 @@ class FactorLayout:
         return x
 
 
+@lru_cache(64)  # every simulation names the functions of its code, mostly of code that is there already
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
     """Return the native function that solves A x = b with stored LU factors of A (n, n).
 

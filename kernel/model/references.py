@@ -79,6 +79,8 @@ class References:
     def own(self, name: str, t_ns: int) -> tuple[float, float]:
         """Return value and speed of an actuator's own speed profile at a time, without the followed master signals."""
         a = self._actuator(name)
+        if a.move is REST:
+            return a.x0, 0.0
         t = (t_ns - a.start_ns) * 1e-9
         speed = a.move.speed(t)
         return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed

@@ -238,7 +238,7 @@ class Steppable(Protocol):
 
 @runtime_checkable
 class Keepable(Protocol):
-    """A `Steppable` whose state can be saved after a transition and restored in another object of the same model."""
+    """A `Steppable` whose state can be saved after a transition and restored in another copy of the model."""
 
     def snapshot(self) -> bytes:
         """Return the complete state of the node as bytes; raises HeavyliftError if some part cannot be saved."""

@@ -176,8 +176,9 @@ class Atomic(Model):
         raise ModelError("an input arrived, but the model defines no external(); define it")
 
     def output(self) -> None:
-        """Send the model's outputs at the present logical time; must not change the state. The simulator calls it
-        before `internal`, possibly twice."""
+        """Send the model's outputs at the present logical time; must not change the state.
+
+        The simulator calls it before `internal`, possibly twice."""
 
     def internal(self) -> None:
         """Make the internal transition at the scheduled logical time."""

@@ -194,7 +194,7 @@ def error_of(use: Use, errors: Errors) -> float | None:
 
 
 def state_of(checks: Iterable[Check]) -> State:
-    """Return the worst state of all checks that can occur in the scene."""
+    """Return the worst state of the checks, ignoring those without a colour; amber if none is left."""
     return min((c.state for c in checks if c.state != "none"), key=STATES.index, default="amber")
 
 

@@ -283,8 +283,10 @@ def _on_lug(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str, t:
     tie = tie_of(plan, name)
     if tie is None or tie.lower is not None:
         return True
-    known = [lugs for start, lugs in signals.hooked if t is None or start <= t]
-    return any(lugs.get(name) == limit.subject for lugs in (known if t is None else known[-1:]))
+    if t is None:
+        return any(lug == limit.subject for lug, _ in signals.lugs(name))
+    known = [lugs for start, lugs in signals.hooked if start <= t]
+    return any(lugs.get(name) == limit.subject for lugs in known[-1:])
 
 
 def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, Column]:

@@ -46,9 +46,9 @@ class SignalColumns:
 
     def once(self, key: object, make: Callable[[], T]) -> T:
         """Return the cached value of a key; on first use, compute it by calling `make`."""
-        if key not in self.known:
-            self.known[key] = make()
-        found: T = self.known[key]
+        found: T | None = self.known.get(key)
+        if found is None:
+            found = self.known[key] = make()
         return found
 
     def stage_at(self, t: float, k: int | None = None) -> str:

@@ -39,7 +39,7 @@ class Ending(Atomic):
         self.lists = lists
 
     def start(self) -> None:
-        """Start with no action list finished."""
+        """Start the model with no action list finished."""
         self.left = self.lists
         self.passivate()
 

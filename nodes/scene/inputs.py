@@ -71,8 +71,9 @@ class Input:
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
-        """Return the value and its expanded uncertainty (two standard uncertainties) as rounded text. Both are rounded
-        to the second significant digit of the uncertainty."""
+        """Return the value and its expanded uncertainty (two standard uncertainties) as rounded text.
+
+        Both are rounded to the second significant digit of the uncertainty."""
         half = 2.0 * sigma / self.factor
         places = 1 - floor(log10(half)) if half > 0.0 else DIGITS
         texts = (f"{round(x, places):.{max(0, places)}f} {self.unit}" for x in (value / self.factor, half))

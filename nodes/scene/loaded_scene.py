@@ -1,7 +1,7 @@
 """A scene that is ready to run, and the static results of its plan: loads, utilisations, findings, model level."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -139,3 +139,11 @@ class LoadedScene:
         others = [*geometry_findings(self.plan), *path_findings(self.plan, self.statics), *found]
         shapes = Shapes(self.plan)
         return checks_of(self.plan, uses, [*others, *uncoloured(self.plan, shapes)], None, shapes.shapeless)
+
+
+def on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
+    """Return the scene with another plan that has the same equilibrium path, so that the path is not computed again."""
+    other = replace(loaded, plan=built)
+    if "statics" in vars(loaded):
+        vars(other).update(statics=loaded.statics)
+    return other

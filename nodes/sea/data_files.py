@@ -209,10 +209,7 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
 
 def _described(path: Path) -> tuple[list[Still], list[tuple[float, float, float]]]:
     """Return the hulls in a file NAME.out of WAMIT, still without stiffness, and the origins of their axes [m]."""
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise SceneError(f"{path}: {error_text(error)}") from None
+    text = text_of(path)
     number, rows = r"\s+([-+.\dEe]+)", []
     for title, n in (("Volumes .*?:", 3), ("Center of Buoyancy .*?:", 3), ("Center of Gravity .*?:", 3)):
         rows.append([tuple(map(float, found)) for found in re.findall(title + n * number, text)])
@@ -230,22 +227,24 @@ def _described(path: Path) -> tuple[list[Still], list[tuple[float, float, float]
 
 
 def drift_of(path: Path, weight: float, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the mean drift forces in surge, sway and yaw from a WAMIT file NAME.8 or NAME.9.
+    """Return the mean drift forces in surge, sway and yaw of one hull or of each of two from a WAMIT file NAME.8 or
+    NAME.9.
 
-    They are (headings, frequencies, 3), after the frequencies [rad/s] and headings [rad]. `weight`: specific weight of
-    the water [N/m3]; `length`: ULEN [m].
+    They are (headings, frequencies, 3 or 6), after the frequencies [rad/s] and headings [rad]. `weight`: specific
+    weight of the water [N/m3]; `length`: ULEN [m].
 
     Its columns are period [s], two headings [deg] of which equal ones count, mode, modulus, phase, real and imaginary
     part relative to rho g L^m, m = 1 or 2. Raises SceneError if the file has other contents.
     """
     rows = _table(path, 7)
-    rows = rows[(rows[:, 1] == rows[:, 2]) & np.isin(rows[:, 3], (1.0, 2.0, 6.0))]
-    (mode,) = _modes(rows, path, 6, 3)
+    rows = rows[(rows[:, 1] == rows[:, 2]) & np.isin(rows[:, 3], (1.0, 2.0, 6.0, 7.0, 8.0, 12.0))]
+    m = 12 if rows[:, 3].max(initial=0.0) > 6.0 else 6
+    (mode,) = _modes(rows, path, m, 3)
     w, at = np.unique(2.0 * np.pi / rows[:, 0], return_inverse=True)
     headings, of = np.unique(np.radians(rows[:, 1]), return_inverse=True)
-    values = np.full((len(headings), len(w), 6), np.nan)
-    values[of, at, mode] = weight * length ** (1.0 + (mode > 2)) * rows[:, 6]
-    values = values[..., [0, 1, 5]]
+    values = np.full((len(headings), len(w), m), np.nan)
+    values[of, at, mode] = weight * length ** (1.0 + (mode % 6 > 2)) * rows[:, 6]
+    values = values[..., [0, 1, 5, 6, 7, 11][: m // 2]]
     if np.isnan(values).any() or min(len(w), len(headings)) < 2:
         raise SceneError(f"{path}: it needs surge, sway and yaw at each of two or more headings and periods")
     return w, headings, values
@@ -265,19 +264,23 @@ def _modes(table: np.ndarray, path: Path, m: int, *columns: int) -> list[np.ndar
     return found
 
 
+def text_of(path: Path, needed: str = "") -> str:
+    """Return the text of a file; raises SceneError, with what is `needed`, if it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise SceneError(f"{path}: {error_text(error)}{needed}") from None
+
+
 def _table(path: Path, least: int) -> np.ndarray:
     """Return the rows of numbers in a text file, filled with zeros to equal length; a header is left out."""
     rows = []
-    try:
-        for line in path.read_text(encoding="utf-8").splitlines():
-            words = line.split()
-            try:
-                rows.append([float(x.replace("D", "E")) for x in words])
-            except ValueError:
-                if rows:
-                    raise SceneError(f"{path}: '{line.strip()[:40]}' is not a row of numbers") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: {error_text(error)}") from None
+    for line in text_of(path).splitlines():
+        try:
+            rows.append([float(x.replace("D", "E")) for x in line.split()])
+        except ValueError:
+            if rows:
+                raise SceneError(f"{path}: '{line.strip()[:40]}' is not a row of numbers") from None
     if not (rows := [row for row in rows if row]) or min(map(len, rows)) < least:
         raise SceneError(f"{path}: its rows need at least {least} numbers")
     width = max(map(len, rows))

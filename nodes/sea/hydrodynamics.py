@@ -108,6 +108,15 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return [found[0], -found[1], -found[2]] if mirrored else found
 
 
+class GapDamping(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Damping added to the resonance of the water between two hulls: part of the critical one, frequency [rad/s] of the
+    resonance, and where the ratio comes from."""
+
+    ratio: float
+    frequency: float
+    source: str
+
+
 class SecondHull(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A second hull near the first one, with the hydrodynamics of both in each other's waves.
 
@@ -118,6 +127,7 @@ class SecondHull(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     hull: Hydrodynamics
     at: tuple[float, float, float]
     added_mass: Matrix6
+    damping: GapDamping | None = None
 
 
 def one_sided(headings: Sequence[float]) -> bool:

@@ -232,8 +232,9 @@ class Observed:
 def speak(
     tag: Instant, imminent: list[int], atomics: Sequence[Atomic], present: Present, witness: Witness, promises: bool
 ) -> None:
-    """Call the output functions of the imminent models and store their messages in `present`. Raises ModelError if an
-    output function changes the state or violates a lookahead."""
+    """Call the output functions of the imminent models and store their messages in `present`.
+
+    Raises ModelError if an output function changes the state or violates a lookahead."""
     present.now, present.sources, present.values = tag, [], []
     witness.left -= 1
     # now and then at random intervals, and always for new atomics: comparing states costs more than the transitions

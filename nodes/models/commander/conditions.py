@@ -79,7 +79,7 @@ class OrderRejected(ModelError):
 
 @dataclass(frozen=True)
 class EvaluationContext:
-    """The data that the evaluation of a condition needs besides the state of the lift.
+    """Data for the evaluation of a condition, in addition to the observed state of the lift.
 
     They are the present time, the time from which durations count, and the orders still open, for `moves done`."""
 

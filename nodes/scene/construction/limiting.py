@@ -153,6 +153,17 @@ def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
             else "",
             f"current on {name}": "not included: its motion is given" if scene.current and not floating else "",
         }
+        streams = {
+            "wind": scene.wind and floating and floating.wind,
+            "current": scene.current and floating and floating.current,
+        }
+        for of in (of for of, keys in streams.items() if keys and keys.height is None):
+            missing[f"heel of {name} by {of}"] = f"not included; give the 'height' of 'floating: {{{of}: ...}}'"
+        if hull and hull.beside and not hull.beside.damping:
+            missing[f"gap damping beside {name}"] = (
+                "only waves damp the water between the hulls, whose resonance is then too high; state it, `heavylift "
+                "hull --gap-damping`"
+            )
         for subject, note in ((x, y) for x, y in missing.items() if y):
             where = builder.source.where(("vessels", name))
             yield RatedLimit(subject=subject, quantity="inputs", unit="", note=note, where=where)
@@ -189,7 +200,7 @@ def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
         where = builder.source.where(("mechanism", "forces", x.name))
         yield RatedLimit(
             subject=x.name, quantity="rope tension", unit="N", elements=(x.name,), value=x.capacity, source="the scene",
-            note=f"set to {x.tension / 1e3:.6g} kN", where=where,
+            note=f"set to {x.tension / 1e3:.6g} kN{' at first' if x.rate else ''}", where=where,
         )  # fmt: skip
     rated = {*builder.scene.limits.ropes, *slings, *hooks, *moored, *(x.name for x in tugged)}
     for name in (name for name in known if name not in rated):

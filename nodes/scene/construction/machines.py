@@ -256,6 +256,14 @@ def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mecha
     return tuple(built)
 
 
+def block_alone(scene: Scene) -> bool:
+    """Return whether a scene consists of one block and of cranes with frames, none of which is built from the block's
+    centre of mass."""
+    others = scene.mechanism, scene.wind, scene.rigging, scene.blocks, scene.vessels, scene.obstacles, scene.floor
+    carrying = {beam.hook.split()[0] for beam in scene.rig.beams.values()} if scene.rig else set()
+    return bool(scene.block) and not any((*others, scene.edges, scene.fenders)) and {*scene.machines} <= carrying
+
+
 def _used(hooks: Mapping[str, HookKeys], tree: RiggingTree | None) -> dict[str, HookKeys]:
     """Return the hooks except those that carry no rigging and are to be left out in this case."""
     return {name: x for name, x in hooks.items() if x.unused == "kept" or (tree is not None and tree.of_any(name))}

@@ -5,12 +5,15 @@ The module also gives hints for decimal commas, clock times, dashes and spelled-
 the user's terms, at the place where they begin.
 """
 
+from __future__ import annotations
+
 import re
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from ruamel.yaml.error import MarkedYAMLError
-from ruamel.yaml.reader import ReaderError
+if TYPE_CHECKING:  # a scene that is remembered is not parsed
+    from ruamel.yaml.error import MarkedYAMLError
+    from ruamel.yaml.reader import ReaderError
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 PLUS = r"\+-|\+/-|±"

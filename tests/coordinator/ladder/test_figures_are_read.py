@@ -7,8 +7,9 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Measuring, Span, as_it_is, play, swing
+from heavylift.coordinator.ladder import Measuring, Span, as_it_is, swing
 from heavylift.coordinator.ladder.figures import figures
+from heavylift.coordinator.record import play
 from heavylift.nodes.plan import ASKABLE
 from heavylift.nodes.scene import bundled, load, parse
 from scipy.special import ellipk

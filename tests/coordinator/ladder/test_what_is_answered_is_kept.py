@@ -12,7 +12,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "nodes/fidelity"))
 
-from heavylift.coordinator.ladder import Ladder, Measuring, ModelLevel, at_level, choose, largest, play
+from heavylift.coordinator.ladder import Ladder, Measuring, ModelLevel, at_level, choose, largest
+from heavylift.coordinator.record import play
 from heavylift.nodes.plan import MEANT, Answer, Fidelity, Question
 from heavylift.nodes.scene import load, parse
 from lifts_of_kinds import Drawn, lift_of_kinds

@@ -8,7 +8,8 @@ from random import Random
 import msgspec
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder import AskedFigure, Ladder, Measuring, ModelLevel, chosen, decided, looks, play
+from heavylift.coordinator.ladder import AskedFigure, Ladder, Measuring, ModelLevel, chosen, decided, looks
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import RunBranch, run
 from heavylift.coordinator.run.branch import branch
 from heavylift.coordinator.run.simulate import simulate

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder import Played, play
 from heavylift.coordinator.live import TimedCommand
+from heavylift.coordinator.record import Played, play
 from heavylift.coordinator.run import run
 from heavylift.kernel import ModelError, SceneError
 from heavylift.nodes import drive

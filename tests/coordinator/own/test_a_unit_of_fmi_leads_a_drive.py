@@ -7,7 +7,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import run
 from heavylift.kernel import SceneError
 from heavylift.nodes.devs import Simulator, ms

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.replay import RecordedRun, single
 from heavylift.coordinator.run import Beginning, RunObserver, run
 from heavylift.coordinator.run.resume import resume

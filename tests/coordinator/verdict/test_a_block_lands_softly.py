@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.verdict import landing_force
 from heavylift.nodes.limits import SignalColumns, uses_of
 from heavylift.nodes.scene import load

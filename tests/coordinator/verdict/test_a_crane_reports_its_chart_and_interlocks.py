@@ -6,7 +6,7 @@ from functools import cache
 from math import acos, cos, degrees, radians
 
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.nodes.limits import HookReach
 from heavylift.nodes.scene import check, load
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import atan2, degrees
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.nodes.scene import LoadedScene, parse
 
 APART, ASIDE = 60.0, 20.0  # of the second crane's hook along and across the rails [m]

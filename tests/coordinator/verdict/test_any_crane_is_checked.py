@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import NOT_CHECKED
 from heavylift.nodes.plan import Plan, Quantity, Shapes, carried_hooks, frames_on_hooks, is_root

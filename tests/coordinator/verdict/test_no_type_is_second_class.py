@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import ModelError, SceneError
 from heavylift.kernel.description import NOT_MODELLED, UNKNOWN, WORLD, Check, Point

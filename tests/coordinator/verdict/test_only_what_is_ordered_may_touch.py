@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 from heavylift.coordinator.commands.common.app import app
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Check

@@ -9,7 +9,7 @@ from random import Random
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.verdict import near_at_rest, with_worst_clearances
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import UNKNOWN, Check

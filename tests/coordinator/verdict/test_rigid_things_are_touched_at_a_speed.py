@@ -7,7 +7,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.kernel.description import Check
 from heavylift.nodes.limits import SignalColumns, checks_of, uses_of
 from heavylift.nodes.scene import load

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.coordinator.verdict import History, touches
 from heavylift.nodes.limits import touching
 from heavylift.nodes.scene import LoadedScene, load, parse

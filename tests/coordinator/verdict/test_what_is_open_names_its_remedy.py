@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.kernel.description import ASSUMED, NOT_CHECKED, NOTED, Check
 from heavylift.nodes.limits import open_checks, state_of
 from heavylift.nodes.scene import bundled, load

@@ -5,7 +5,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.nodes.scene import parse
 
 CLOSE = 2e-2  # [s] at a tolerance of 1e-2, of methods that a cubic is not exact for

@@ -11,7 +11,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, at_level, play
+from heavylift.coordinator.ladder import at_level
+from heavylift.coordinator.record import Played, play
 from heavylift.kernel import SceneError
 from heavylift.kernel.analysis import modes
 from heavylift.kernel.description import System

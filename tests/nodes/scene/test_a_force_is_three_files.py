@@ -60,7 +60,7 @@ ASKED = """
 import sys
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.scene import json_schema, parse
-from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.record.in_memory import play
 
 text = sys.stdin.read()
 try:

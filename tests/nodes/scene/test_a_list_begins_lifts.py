@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import run
 from heavylift.coordinator.transport import Placement
 from heavylift.kernel import ModelError, SceneError

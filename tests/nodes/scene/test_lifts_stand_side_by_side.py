@@ -6,8 +6,8 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder import play
 from heavylift.coordinator.live import STOP, TimedCommand
+from heavylift.coordinator.record import play
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.verify import verify

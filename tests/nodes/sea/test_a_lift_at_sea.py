@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import Beginning, run
 from heavylift.coordinator.run.resume import resume
 from heavylift.coordinator.sweeps import SeedRun, SeedsVerdict, replicated, verdict_of_seeds

@@ -6,7 +6,7 @@ from math import cos, exp, pi, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.kernel import SceneError
 from heavylift.kernel.analysis import equilibrium
 from heavylift.kernel.simulation import Simulation

@@ -6,7 +6,6 @@ from math import pi, sqrt
 
 import msgspec
 from heavylift.kernel.algebra.dense import product
-from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.description.forces import InputSignal, Load, Radiation, Wave, WaveSum
 from heavylift.kernel.description.mechanics import Point, Vector
 from heavylift.kernel.errors import SceneError
@@ -16,6 +15,7 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import content, within
 from heavylift.nodes.scenes import vessels_folder
 from heavylift.nodes.sea.hydrodynamics import Hydrodynamics, loads_in_sea, read_hydrodynamics
+from heavylift.nodes.sea.prescribed import MODES, one_wave
 from heavylift.nodes.sea.spectra import Component, wave_number
 
 LARGEST = 1 << 24  # of a file [bytes]
@@ -183,10 +183,9 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
         builder.source.fault(("waves", "density"), message, "leave it out, or compute data for it")
     sums = loads_in_sea(hull, sea, away, vessel.heading, builder.scene.gravity, waves.ramp, waves.depth)
     signals = [_alone(x) if regular else InputSignal(0.0, waves=x) for x in sums]
-    modes = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-    named = [(f"{name}.{mode} wave", i) for i, mode in enumerate(modes)]
-    named += [(f"{name}.{modes[i]} drift", i) for i in DRIFTS[: len(signals) - 6]]
-    return [_load(label, name, i, vessel, signal) for (label, i), signal in zip(named, signals, strict=True)]
+    named = [(f"{name}.{mode} wave", i) for i, mode in enumerate(MODES)]
+    named += [(f"{name}.{MODES[i]} drift", i) for i in DRIFTS[: len(signals) - 6]]
+    return [modal_load(label, name, i, vessel, signal) for (label, i), signal in zip(named, signals, strict=True)]
 
 
 def _alone(x: WaveSum) -> InputSignal:
@@ -194,11 +193,11 @@ def _alone(x: WaveSum) -> InputSignal:
     c, s = x.cosines[0], x.sines[0]
     if x.by[0]:
         return InputSignal(0.0, wave=Wave(c * x.by[0][0] + s * x.by[1][0], 0.0, x.ramp))
-    size = sqrt(c * c + s * s)
-    return InputSignal(0.0, wave=Wave(size, x.frequencies[0], x.ramp, float(atan2(-s, c))))
+    return InputSignal(0.0, wave=one_wave(x.frequencies[0], c, s, x.ramp))
 
 
-def _load(label: str, name: str, mode: int, vessel: Vessel, signal: InputSignal) -> Load:
+def modal_load(label: str, name: str, mode: int, vessel: Vessel, signal: InputSignal) -> Load:
+    """Return a load of 1 N or 1 N m times a signal in a mode of a vessel, along or about its axes at rest."""
     unit = [1.0 if i == mode % 3 else 0.0 for i in range(3)]
     x, y, z = product(vessel.attitude, unit)
     along: Vector = (x, y, z)

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder import Certificate, Ladder, ModelLevel, certifying, play, tighter
+from heavylift.coordinator.ladder import Ladder, ModelLevel, tighter
 from heavylift.coordinator.measured import accuracy
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import run
+from heavylift.coordinator.uncertainty import Certificate, certifying
 from heavylift.nodes.plan import ASKABLE, Fidelity
 from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording

@@ -14,16 +14,15 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 from pathlib import Path
 
+from heavylift.coordinator.ladder.choosing import chosen
+from heavylift.coordinator.ladder.figures import AskedFigure
+from heavylift.coordinator.ladder.run_pool import Ran, Start, result, starting
 from heavylift.coordinator.supervision.pool import cores
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated, varied
 from heavylift.recordings.render.curves import larger
 from heavylift.recordings.sheets.sheet import Table, columns, part_text
-
-from .choosing import chosen
-from .figures import AskedFigure
-from .run_pool import Ran, Start, result, starting
 
 LOG = logging.getLogger("heavylift.ladder")
 LEVEL = 2.0  # standard uncertainties of a bar

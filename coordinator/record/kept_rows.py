@@ -8,9 +8,11 @@ from math import inf
 import numpy as np
 from heavylift.coordinator.participants.rows import Note, Row, RowSink
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.commands import LiftRowsView
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.native.samples import published
+from heavylift.kernel.simulation.simulation import Simulation
 from numpy.typing import NDArray
 
 PIECE = 512  # rows that are read together: so few that they stay in the cache of the processor
@@ -29,10 +31,10 @@ class KeptRows(RowSink):
         """End the run with an error that begins with `cut` after the `allowed` wall time [s] from now on."""
         self._allowed, self._cut, self._deadline = allowed, cut, time.perf_counter() + allowed
 
-    def paused(self, t: float) -> None:
+    def paused(self, simulation: Simulation | Islands) -> None:
         """Raise KernelError if the run takes too long."""
         if time.perf_counter() > self._deadline:
-            raise KernelError(f"{self._cut} {self._allowed:.3g} s of wall time, at {t:.3f} s of the run")
+            raise KernelError(f"{self._cut} {self._allowed:.3g} s of wall time, at {simulation.now:.3f} s of the run")
 
     def rows(
         self, method: Stepping, first: int, rows: Sequence[Row], notes: Sequence[Note] = (), period: int = 0

@@ -14,7 +14,6 @@ import msgspec
 import numpy as np
 from heavylift.coordinator.live.command_queue import TimedCommand, command
 from heavylift.coordinator.protocol.messages import RunEnd
-from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector, Every
 from heavylift.kernel.description.mechanics import System
@@ -28,6 +27,8 @@ from heavylift.recordings.format.samples import Columns
 from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.write.sink import Peak, note_peaks
 from numpy.typing import NDArray
+
+from .drawing import RopeLines
 
 CUT = "cut after"
 Judged = tuple[RecordedVerdict, Sequence[Use]]  # a verdict, and the maximum utilisation of each limit
@@ -180,7 +181,7 @@ def play(
     from heavylift.coordinator.participants.session import Session
     from heavylift.kernel.islands.dense_output import DenseRows
 
-    from .keeping import KeptRows
+    from .kept_rows import KeptRows
 
     began, start = time.perf_counter(), time.thread_time()
     events, kept = list[Event](), KeptRows()
