@@ -159,7 +159,9 @@ class Recalled:
         """Return a snapshot of the kernel; raises KernelError in the replayed part, whose checkpoints are in the
         recording."""
         if self._past.used and self._known.number < self._sent:
-            raise KernelError("no checkpoint can be made while the run repeats its recorded part")
+            raise KernelError(
+                "no checkpoint can be made while the run repeats its recorded part; use one of the recording"
+            )
         return self._kernel.snapshot()
 
     def restore(self, snapshot: bytes) -> None:

@@ -124,7 +124,7 @@ def in_bytes(content: object) -> bytes:
         return content.payload
     if isinstance(content, bytes):
         return content
-    raise NotImplementedError(f"an event carries no {type(content).__name__}")
+    raise NotImplementedError(f"an event cannot carry {type(content).__name__}; send a Message")
 
 
 class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
