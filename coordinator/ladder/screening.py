@@ -46,7 +46,8 @@ class LedPendulum(NamedTuple):
         return hypot(self.y, self.v / self.w) if self.w else 0.0
 
     def led(self, ramps: Sequence[Ramp], w: float, start: float, end: float) -> "LedPendulum":
-        """Return the state at time `end` [s] of a pendulum whose pivot has followed these ramps since `start`."""
+        """Return the pendulum's state at time `end` [s], after its pivot has moved with these accelerations since time
+        `start` [s]."""
         if not w:
             return LedPendulum()
         c, s = cos(w * (end - start)), sin(w * (end - start))
@@ -61,7 +62,8 @@ class LedPendulum(NamedTuple):
 
 
 def plausible(levels: Sequence[Fidelity], plan: Plan, question: Question) -> Sequence[Fidelity]:
-    """Return the model levels that can meet the accuracy of the requested swings; all of them if none can."""
+    """Return the model levels whose estimated swing error is within the accuracy; all if none is, or if no swing is
+    requested."""
     richer = [level for level in levels if level.ropes == "massive"]
     alike = len(richer) in (0, len(levels)) or not {"swing", "position"} & {*question.ask}
     return levels if alike or WITNESSED * swing_error(plan) <= question.accuracy else richer

@@ -21,7 +21,7 @@ NEAR = 2.0  # times the measured error, the predicted one may be: both loads and
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_pendulum_follows_the_ramps_of_its_pivot(seed: int) -> None:
+def test_the_swing_estimate_follows_a_pendulum_whose_pivot_accelerates_at_random(seed: int) -> None:
     draw = np.random.default_rng(seed)
     w, times = draw.uniform(0.2, 2.0), np.sort(draw.uniform(0.0, 30.0, 6)).tolist()
     ramps = [Ramp(a, b, draw.normal()) for a, b in zip(times[::2], times[1::2], strict=True)]
@@ -36,7 +36,7 @@ def test_a_pendulum_follows_the_ramps_of_its_pivot(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", SWUNG)
-def test_the_estimated_swing_error_of_massless_ropes_agrees_with_two_runs(seed: int) -> None:
+def test_the_estimated_swing_error_of_massless_ropes_agrees_with_the_difference_of_two_runs(seed: int) -> None:
     plan = parse(lift_of_kinds(seed).text, passing=True, followed=False).plan
     ladder, measuring = Ladder(plan), Measuring(("swing", "position"))
     coarse, fine = (ladder.candidates(level)[2] for level in (ladder.plausible[0], ladder.full[-2]))
@@ -44,7 +44,7 @@ def test_the_estimated_swing_error_of_massless_ropes_agrees_with_two_runs(seed: 
     assert measured / NEAR < swing_error(plan) < NEAR * measured
 
 
-def test_model_levels_with_wrong_swings_are_not_simulated() -> None:
+def test_model_levels_whose_estimated_swing_error_is_too_large_are_not_simulated() -> None:
     plan = load("lift").plan
     ladder, text = Ladder(plan), list[str]()
     assert choose(ladder, Question(MEANT, 0.01), Measuring(MEANT, say=text.append)).fidelity.lumps == 2
