@@ -53,7 +53,7 @@ class Stopping:
         self._unraisable, sys.unraisablehook = sys.unraisablehook, self._lost
 
     def end(self, process: bool = False) -> None:
-        """Restore the signal handlers after the command; with `process`, signals are ignored while the process ends."""
+        """Restore the signal handlers after the command; with `process`, ignore signals until the process has ended."""
         self._over = True
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         sys.unraisablehook = self._unraisable
@@ -117,8 +117,8 @@ class whole:
 
 
 def open_streams() -> None:
-    """Open closed standard streams on /dev/null, and escape characters that the encoding of the others cannot
-    represent."""
+    """Replace closed standard streams by /dev/null, and let output streams escape characters that they cannot
+    encode."""
     for fd, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(fd)
@@ -133,8 +133,8 @@ def open_streams() -> None:
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """Context in which writing to a pipe whose reader has gone is ignored on standard error and raises ReaderLeft on
-    standard output."""
+    """Context for output pipes whose reader may leave: standard output then raises ReaderLeft, standard error ignores
+    it."""
     out, err = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = out and _Heard(out, True), err and _Heard(err, False)
     try:
@@ -162,7 +162,7 @@ class _Heard:
 
     @property
     def drawn(self) -> _Heard:
-        """The standard stream without escaping, for code that controls the terminal."""
+        """This stream without the escaping of control characters, for code that draws on the terminal."""
         return _Heard(self._stream, self._tells, raw=True)
 
     def write(self, text: str) -> int:

@@ -105,7 +105,7 @@ def write_cached(name: str, content: bytes) -> None:
 
 
 def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
-    """Return a cache folder, filled by `fill` if missing; no other process can remove it while this process runs."""
+    """Return the path of a cache folder, filled by `fill` if missing and protected while this process runs."""
     there = cache_folder() / name
     while True:
         try:
@@ -167,8 +167,7 @@ def kept() -> list[CacheEntry]:
 
 
 def prune_cache(bound: int | None = None) -> int:
-    """Remove the least recently used cache entries beyond `bound` [bytes] in total; return the number of bytes
-    removed."""
+    """Remove the least recently used cache entries beyond `bound` [bytes]; return the number of bytes removed."""
     global _unseen
     _unseen, bound = 0.0, cache_bound() if bound is None else bound
     there = kept()
@@ -224,8 +223,7 @@ def contents(folder: Path, *endings: str) -> bytes:
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
-    """Return the cached data stored under `name`, of type `kind`; if there are none, compute and cache them by
-    `make`."""
+    """Return the cached data of type `kind` stored under `name`; compute and cache them by `make` if missing."""
     if data := read_cached(name):
         try:
             return msgspec.msgpack.decode(data, type=kind)

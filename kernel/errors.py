@@ -36,8 +36,7 @@ SPACES = "".join(map(chr, [0x20, 0xA0, 0x1680, *range(0x2000, 0x200B), 0x202F, 0
 
 
 def printable(text: str, longest: int = 0, keep: str = "") -> str:
-    """Return foreign text as printable characters: control characters are escaped, so that the text cannot imitate
-    lines that heavylift prints.
+    """Return foreign text with control characters escaped, so that it cannot imitate lines that heavylift prints.
 
     Control characters, line ends and changes of writing direction become escapes, except those in `keep`; above U+001F
     the escapes are those of JSON, so that JSON stays JSON. `longest`: cut the text to this length (0: do not cut).
@@ -67,8 +66,10 @@ def out_of_memory(error: BaseException | None) -> bool:
 
 
 class HeavyliftError(Exception):
-    """An error with one sentence for the user: place, simulation time, what is wrong, what to do. `verdict`: the
-    verdict on the part of a run that was recorded before the error ended it."""
+    """An error with one sentence for the user: place, simulation time, what is wrong, what to do.
+
+    `verdict`: the verdict on the part of a run that was recorded before the error ended it.
+    """
 
     verdict: object = None
 
@@ -98,8 +99,7 @@ def error_text(error: BaseException, most: int = 500) -> str:
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:
-    """Import an optional package and return it; raises the error `missing` if it is not installed, or an error of the
-    same class if the import fails."""
+    """Import and return an optional package; raises `missing` if it is absent, a similar error if it is broken."""
     try:
         return import_module(package)
     except Exception as error:
@@ -149,7 +149,7 @@ class SignalError(RecordingError, KeyError):
 
 
 class OutputError(RecordingError):
-    """Raised for an output that cannot be written under its name: another file has it, or it is unsuitable."""
+    """Raised if an output cannot be written because its name is unsuitable or another file has this name."""
 
 
 class Stopped(HeavyliftError):

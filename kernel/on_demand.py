@@ -42,8 +42,10 @@ def _imports(file: str) -> dict[str, str]:
 
 
 def face(package: str) -> None:
-    """Let a package offer lazily every public name that exactly one of its modules defines. Names that the package
-    imports itself, or by `on_demand`, take precedence."""
+    """Let a package offer lazily every public name that exactly one of its modules defines.
+
+    Names that the package imports itself, or by `on_demand`, take precedence.
+    """
     module: Any = sys.modules[package]
     declared = getattr(module, "__getattr__", None)
 

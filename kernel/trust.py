@@ -65,7 +65,7 @@ def refusal(where: str, reference: str = "") -> str:
 
 
 def foreign(function: object, reference: str = "") -> str:
-    """Return why a function of a trusted module must not be called (an untrusted one defines it); "" if it may be."""
+    """Return why a function must not be called although its module is trusted: another defines it; "" if it may."""
     while isinstance(function, functools.partial):
         function = function.func
     where = getattr(function, "__module__", None) or type(function).__module__
@@ -83,7 +83,7 @@ def named(references: Iterable[str], by: str = "") -> None:
 
 
 def demand(references: Iterable[str], by: str) -> None:
-    """Register references to functions found in data; raises KernelError if code of one of them must not run."""
+    """Register references to functions found in data; raises KernelError if one of these functions must not run."""
     references = [*references]
     named(references, by)
     for reference in references:
@@ -97,8 +97,7 @@ def namer(reference: str) -> str | None:
 
 
 def trusted() -> list[Path]:
-    """Return the folders and files that this user trusts, sorted; raises KernelError if other users can change the
-    list."""
+    """Return the sorted folders and files that this user trusts; raises KernelError if others can change the list."""
     path = _list()
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
@@ -139,18 +138,18 @@ def withdraw(folder: Path) -> Path:
 
 
 def written_by_user(module: str) -> bool:
-    """Return whether an imported module belongs neither to Python nor to heavylift or another installed package."""
+    """Return whether a module is the user's own: not part of Python, heavylift or another installed package."""
     file = getattr(sys.modules.get(module), "__file__", None)
     return file is not None and own_file(file)
 
 
 def own_file(file: str) -> bool:
-    """Return whether a file belongs neither to Python nor to heavylift or another installed package."""
+    """Return whether a file is the user's own: not part of Python, heavylift or another installed package."""
     return not _among((STANDARD, *LIBRARIES, *HEAVYLIFT), Path(file).resolve())
 
 
 def written_by_others(file: str) -> bool:
-    """Return whether a file is not part of heavylift's own code, as which its bundled models do not count."""
+    """Return whether a file is not heavylift's own code; its bundled models count as written by others."""
     path = Path(file).resolve()
     return not _among(HEAVYLIFT, path) or _among(MODELS, path)
 

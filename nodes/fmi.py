@@ -41,8 +41,9 @@ class Signals(Message):
 
 
 class Stepped(Atomic):
-    """Base class of atomic models that advance an FMU by steps of `step` [ns]. Subclasses declare the ports and send
-    the outputs of the FMU, which are stored in `said`."""
+    """Base class of atomic models that advance an FMU by steps of `step` [ns].
+
+    Subclasses declare the ports and send the outputs of the FMU, which are stored in `said`."""
 
     def __init__(
         self,
@@ -196,8 +197,10 @@ class FmuUnit:
             getattr(self._fmu, f"set{kind}")([found.valueReference], [python(value)])
 
     def advance(self, begin: float, h: float, fresh: bool = True) -> float:
-        """Step the FMU to begin + h [s], or to the first event before; return the time reached [s]. `fresh`: a new step
-        begins, so the stored inputs are applied first. Raises ModelError if the FMU terminates during the step."""
+        """Step the FMU to begin + h [s], or to its first event before that; return the time reached [s].
+
+        `fresh`: a new step begins, so the stored inputs are applied first. Raises ModelError if the FMU terminates
+        during the step."""
         self._state, end = None, begin + h
         if fresh:
             self._now = begin
@@ -243,7 +246,7 @@ class FmuUnit:
 
     def __getstate__(self) -> tuple[object, ...]:
         if not self.keeps:
-            raise TypeError(f"{self.file.name} cannot save its state")
+            raise TypeError(f"{self.file.name} does not support saving its state")
         if self._fmu is not None and self._state is None:
             state = self._fmu.getFMUState()
             self._state = bytes(self._fmu.serializeFMUState(state))

@@ -27,8 +27,9 @@ POSES = 16  # besides that of the file
 
 
 class WrappedTendons:
-    """Converter of MuJoCo's wrapped tendons into ropes. `data`: kinematics in the pose of the file, `bodies`: body
-    names."""
+    """Converter of MuJoCo's wrapped tendons into ropes.
+
+    `data`: kinematics in the pose of the file; `bodies`: body names."""
 
     def __init__(self, library: Any, model: Any, bodies: list[str]) -> None:
         self.m, self.bodies, self.data = model, bodies, library.MjData(model)
@@ -54,8 +55,9 @@ class WrappedTendons:
             yield data
 
     def rope(self, i: int, name: str, k: float, length: float, damping: float) -> Reeving | None:
-        """Return tendon i as an elastic rope; None if the tendon cannot be converted. `k`: stiffness [N/m]; `length`:
-        unstretched length [m]."""
+        """Return tendon i as an elastic rope; None if the tendon cannot be converted.
+
+        `k`: stiffness [N/m]; `length`: unstretched length [m]."""
         m, nodes = self.m, range(self.m.tendon_adr[i], self.m.tendon_adr[i] + self.m.tendon_num[i])
         kinds = [int(m.wrap_type[w]) for w in nodes]
         if not {*kinds} <= {SITE, SPHERE, CYLINDER}:  # each geom is between two sites
@@ -144,5 +146,5 @@ def _flat(x: np.ndarray, n: np.ndarray) -> np.ndarray:
 
 
 def row_of(x: np.ndarray) -> Any:
-    """Return numbers as a tuple, with numbers that are only rounding errors set to 0."""
+    """Return numbers as a tuple, in which mere rounding errors are replaced by 0."""
     return tuple(float(e) if abs(e) > ROUNDED else 0.0 for e in x)

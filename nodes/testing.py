@@ -24,8 +24,9 @@ def drive(
     until: int = NEVER,
     log: Callable[[Transition], None] | None = None,
 ) -> list[Said]:
-    """Simulate a model and return its outputs before `until` [ns]. `inputs`: triples (time [ns] or logical time, input
-    port, message)."""
+    """Simulate a model and return its outputs before `until` [ns].
+
+    `inputs`: triples (time [ns] or logical time, input port, message)."""
     simulator = Simulator(model, log)
     simulator._present.node = True
     simulator.start()

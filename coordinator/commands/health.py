@@ -12,14 +12,16 @@ import tempfile
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import typer
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.kernel.version import __version__
-from packaging.requirements import Requirement
+
+if TYPE_CHECKING:
+    from packaging.requirements import Requirement
 
 EXTRAS = {  # what some commands need, and what for
     "cryptography": "certificates of runs over several hosts: pip install 'heavylift[hosts]'",
@@ -77,7 +79,7 @@ def findings() -> Iterator[HealthFinding]:
     yield _run()
 
 
-def _package(needed: Requirement, purpose: str = "") -> HealthFinding:
+def _package(needed: "Requirement", purpose: str = "") -> HealthFinding:
     """Compare an installed package with the requirement in heavylift's metadata."""
     try:
         found = version(needed.name)

@@ -37,7 +37,7 @@ def devs(
     deadline: o.Deadline = "60 s",
     as_json: o.Json = False,
 ) -> None:
-    """Run a DEVS model, each child a process.    heavylift devs my_models:build --until 10s -o run.mcap"""
+    """Run a DEVS model, one process per child.    heavylift devs my_models:build --until 10s -o run.mcap"""
     from heavylift.coordinator.participants.building import built, seeded
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate

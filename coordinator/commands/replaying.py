@@ -185,7 +185,7 @@ def sensitivities(
         with Pool(cores()) as pool:
             o.tell(o.study_of(scene, sets, 100, executor=pool).sensitivities(), as_json)
         return
-    from heavylift.coordinator.ladder.sensitivities import sensitivities as find
+    from heavylift.coordinator.uncertainty.sensitivities import sensitivities as find
 
     found = find(o.scene_of(scene, sets), inputs or [], say=lambda x: typer.echo(f"  {x}", err=True))
     typer.echo(json.dumps(found.data()) if as_json else str(found))

@@ -16,8 +16,8 @@ from .hosts import open_listener
 from .replicating import run_seeds, run_yard_file
 
 if TYPE_CHECKING:
-    from heavylift.coordinator.ladder.certificate import Certifying
     from heavylift.coordinator.run.watch import RunObserver
+    from heavylift.coordinator.uncertainty.certificate import Certifying
     from heavylift.nodes.scene import LoadedScene
     from heavylift.recordings import Spectator
 
@@ -235,11 +235,12 @@ def resume(
 
 @contextmanager
 def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
-    """Start, on idle cores, the additional runs that estimate the errors of a run's figures; None unless `wanted`."""
+    """Yield the additional runs that estimate the errors of a run's figures, started on idle cores; None if not
+    `wanted`."""
     if not wanted:
         yield None
         return
-    from heavylift.coordinator.ladder.certificate import certifying
+    from heavylift.coordinator.uncertainty.certificate import certifying
 
     with certifying(scene) as found:
         typer.echo(found.price, err=True)

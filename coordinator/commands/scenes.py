@@ -21,7 +21,7 @@ def check(
     as_json: o.Json = False,
     sets: o.Sets = None,
 ) -> None:
-    """Check a scene, show its static loads and modelled effects; starts nothing.    heavylift check lift
+    """Check a scene without running it; show static loads and modelled effects.    heavylift check lift
 
     Exit code 1 if the scene cannot run, or if a check is red at rest, such as a contact that no order allows. Of a yard
     file: its schedules with expected durations.
@@ -276,11 +276,16 @@ def hull(
         float | None, typer.Option(help="of the water [m], for WAMIT or a mesh; default deep", min=1e-3)
     ] = None,
     drift: Annotated[Path | None, typer.Option(help="NAME.8 or .9 of WAMIT: mean drift")] = None,
+    gap_damping: Annotated[
+        float | None, typer.Option(help="of the water between two hulls, part of critical", min=0.0, max=1.0)
+    ] = None,
+    gap_source: Annotated[str, typer.Option(help="where the gap damping comes from, such as a model test")] = "",
     force: o.Force = False,
 ) -> None:
     """Convert hydrodynamic data of a hull into a file for `hydrodynamics:`.    heavylift hull barge.nc -o barge.json"""
     import msgspec
     from heavylift.nodes.sea.coefficients import computed, hull_of
+    from heavylift.nodes.sea.gap_damping import with_gap_damping
     from heavylift.recordings.write.partfile import written
 
     wamit, mesh = data.suffix == ".1", data.suffix not in (".nc", ".cal", ".1")
@@ -290,8 +295,12 @@ def hull(
     }  # fmt: skip
     if names := [name for name, given in idle.items() if given]:
         raise SceneError(f"{data}: hydrodynamic data in this format take no {' or '.join(names)}; leave the option out")
+    if (gap_damping is None) == bool(gap_source):
+        raise SceneError(f"{data}: --gap-damping needs --gap-source, where it comes from, and the other way round")
     given = computed(data, depth) if mesh else data
     found = hull_of(given, volume, height, length, depth, drift)
+    if gap_damping is not None:
+        found = with_gap_damping(found, gap_damping, gap_source)
     error = found.radiation.error
     text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"
     typer.echo(f"wrote {written(text, output or Path(f'{found.name}.json'), 'a hull', ('.json',), force)}")
@@ -332,5 +341,5 @@ def export_fmu(
 
         made = export(chosen(loaded), output or Path(f"{loaded.plan.name}.fmu"), force, inputs or (), fmi)
     except ImportError:
-        raise SceneError("a unit of FMI is made with pythonfmu: pip install 'heavylift[fmi]'") from None
+        raise SceneError("an FMU is made with pythonfmu: pip install 'heavylift[fmi]'") from None
     typer.echo(f"wrote {made}")

@@ -18,8 +18,8 @@ from heavylift.kernel.description.findings import STATES
 from heavylift.kernel.errors import SceneError, Stopped
 
 if TYPE_CHECKING:
-    from heavylift.coordinator.ladder.certificate import Certificate
     from heavylift.coordinator.sweeps.study import Study
+    from heavylift.coordinator.uncertainty.certificate import Certificate
     from heavylift.nodes.scene import LoadedScene
     from heavylift.recordings.sheets.sheet import Sheet
 
@@ -289,8 +289,8 @@ def plan(
 
 def _certified(path: Path) -> "Certificate":
     """Return the certificate of a run of the scene file; the recording is discarded."""
-    from heavylift.coordinator.ladder.certificate import certifying
     from heavylift.coordinator.run.scene import run
+    from heavylift.coordinator.uncertainty.certificate import certifying
     from heavylift.nodes.scene import load
 
     loaded = load(path)

@@ -15,7 +15,6 @@ replicate("my_models:build", 30, ...)                a DEVS model with many seed
 
 TYPE_CHECKING = False  # as in `on_demand`
 if TYPE_CHECKING:
-    from heavylift.coordinator.ladder.sensitivities import sensitivities
     from heavylift.coordinator.run.linear import linearise
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from heavylift.coordinator.run.units.environment import Environment
     from heavylift.coordinator.sweeps import sweep
     from heavylift.coordinator.sweeps.function_studies import tabulate
+    from heavylift.coordinator.uncertainty.sensitivities import sensitivities
     from heavylift.kernel.version import __version__
     from heavylift.nodes.mujoco_models import from_mujoco
     from heavylift.nodes.scene import load

@@ -62,7 +62,7 @@ class CertificateLibrary:
             raise ProtocolError(f"{path} is not a valid certificate; delete it and create a new one") from None
 
     def key_of(self, path: Path) -> EllipticCurvePrivateKey:
-        """Read the private key in a PEM file; raises ProtocolError if it is no EC key."""
+        """Read the private key in a PEM file; raises ProtocolError if the file holds no elliptic-curve key."""
         try:
             key = self.forms.load_pem_private_key(path.read_bytes(), None)
         except (OSError, ValueError, TypeError):
@@ -112,7 +112,8 @@ class CertificateLibrary:
     def leaf(
         self, name: str, hosts: Sequence[str], days: float, signer: tuple[x509.Certificate, EllipticCurvePrivateKey]
     ) -> tuple[x509.Certificate, EllipticCurvePrivateKey]:
-        """Create a certificate and its key for one end of a connection, which is reached by these host names."""
+        """Create a certificate for one end of a connection, valid for these host names; return it and its private
+        key."""
         authority, signing = signer
         key = self.ec.generate_private_key(self.ec.SECP256R1())
         use = self.uses
@@ -162,8 +163,8 @@ class Credentials:
 
     @classmethod
     def load(cls, directory: Path, name: str) -> Self:
-        """Find the credentials of a process in a directory, and check that they are valid today, its own, and
-        private."""
+        """Find a process's credentials in a directory; raises ProtocolError unless they are valid now, its own, and
+        readable only by the user."""
         found = cls(directory / f"{AUTHORITY}.pem", directory / f"{name}.pem", directory / f"{name}.key")
         for path in (found.authority, found.certificate, found.key):
             if not path.is_file():

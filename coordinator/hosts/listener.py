@@ -50,8 +50,10 @@ def code() -> str:
 
 
 class JoinRequest(msgspec.Struct, frozen=True):
-    """Request of a remote process to join a run; an empty `run` or `scene` means any. Later versions only add fields
-    with defaults."""
+    """Request of a remote process to join a run; "" for `run` or `scene` means that it accepts every one.
+
+    Later versions only add fields with defaults.
+    """
 
     process: str
     version: str
@@ -62,7 +64,7 @@ class JoinRequest(msgspec.Struct, frozen=True):
 
 
 class JoinReply(msgspec.Struct, frozen=True):
-    """Reply to a join request: the run to join, or a ticket without a password, or the reason for a refusal."""
+    """Reply to a join request: the run id, a ticket (without a password), or the reason for a refusal."""
 
     ticket: Ticket | None
     refusal: str = ""
@@ -70,7 +72,7 @@ class JoinReply(msgspec.Struct, frozen=True):
 
 
 class JoinHandshake:
-    """Answers requests to join a run whose scene has the fingerprint `expects`; reports refusals through `say`."""
+    """Answers the requests of remote processes to join a run of one scene; reports refusals through `say`."""
 
     def __init__(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> None:
         self.hosts: dict[str, str] = {}
@@ -202,13 +204,13 @@ class RemoteListener:
 
     @property
     def seen_from_afar(self) -> str:
-        """The endpoint to which processes on other hosts connect; if the coordinator listens on all interfaces, the
-        endpoint contains this host's name."""
+        """The endpoint for processes on other hosts: the coordinator's own, with this host's name for "all
+        interfaces"."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 
     def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> JoinHandshake:
-        """Start answering join requests; arguments as in `JoinHandshake`."""
+        """Start answering the requests of remote processes to join the run, and return the object that answers."""
         return JoinHandshake(hub, session, scene, say)
 
     def listening(self) -> dict[str, object]:

@@ -15,13 +15,13 @@ from math import inf
 from pathlib import Path
 
 import msgspec
+from heavylift.coordinator.record.in_memory import CUT, play
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import MEANT, Answer, Fidelity, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
-from .in_memory import CUT, play
 from .looking import Look, as_it_is, errors_of_limits, looks, with_level
 from .measuring import Measuring, largest
 from .model_levels import DECADE, Ladder, ModelLevel, at_level
@@ -58,8 +58,7 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene at the loosest of the `ACCURACIES` at which every check is decided; if there is none, at the
-    tightest."""
+    """Return the scene at the loosest of the `ACCURACIES` that leaves no check undecided, or else at the tightest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
@@ -92,8 +91,7 @@ def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
 
 
 def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Measure the errors of the requested quantities at the scene's own model level and time steps; return the scene
-    with these errors."""
+    """Return the scene with the measured errors of the requested quantities at its own model level and time steps."""
     if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
     measuring = Measuring(ask, say=say)
@@ -113,8 +111,10 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
-    """Choose the cheapest model level and time steps for the requested quantities and accuracy; raises HeavyliftError
-    only if a run exceeds its time limit."""
+    """Choose the cheapest model level and time steps that compute the requested quantities to the requested accuracy.
+
+    Raises HeavyliftError only if a run exceeds its time limit.
+    """
     last: Look | None = None
     wrong = inf
     tolerance = LOOSEST * question.accuracy  # looser steps cannot be within the accuracy

@@ -13,6 +13,7 @@ from math import dist, hypot, inf
 from typing import NamedTuple
 
 import numpy as np
+from heavylift.coordinator.record.in_memory import Judge, Played
 from heavylift.kernel.description.mechanics import JOINTS
 from heavylift.nodes.plan.actions import LiftedCondition, Move, Wait
 from heavylift.nodes.plan.fidelity import ASKABLE, SHORTEST, Asked
@@ -20,7 +21,6 @@ from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.read.verdict import RecordedVerdict
 
-from .in_memory import Judge, Played
 from .swings import Floats, Span, swing, top, unseen
 
 WHOLE = "the whole run"
@@ -120,7 +120,7 @@ def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list
 
 
 def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
-    """Return the figures of a run for these quantities; repeated names are numbered."""
+    """Return the result figures of a run for these quantities."""
     shown = RunSeries.of(run)
     half = shown.halved()
     found = list[AskedFigure]()

@@ -36,12 +36,12 @@ class Look:
 
     @property
     def whole(self) -> bool:
-        """Whether all errors were measured: finite, and none missing unless there is no finer level."""
+        """Whether all errors were measured and are finite; the error of the finest level may be missing."""
         return max(self.error.values(), default=inf) < inf and {*self.missing.values()} <= {NO_FINER}
 
 
 def looks(runs: Sequence[ModelLevel], measuring: Measuring) -> list[Look]:
-    """Return the errors due to time steps and sampling at one model level, by comparison with the run with the tightest
+    """Return the errors due to time steps and sampling at one model level, measured against the run with the tightest
     steps.
 
     `runs`: the candidates, loosest steps first.
@@ -101,7 +101,7 @@ def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
 
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Return the pairs of runs whose difference shows the error due to a model level.
+    """Return the pairs of model levels to run and compare, since their difference shows the error due to a model level.
 
     One is the candidate itself, the other its witness: the cheapest level that models every effect which the
     candidate's level omits. If hook ropes go slack or an element has no damping, all such levels are witnesses, since
@@ -115,16 +115,14 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """Return the error due to a model level: its largest difference to the levels compared, doubled unless it is the
-    finest level."""
+    """Return the error due to a model level, estimated by comparison with levels that include what it omits."""
     # the finest level has no better one: its error is smaller than the difference to the coarser one
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))
 
 
 def tighter(candidate: ModelLevel) -> list[ModelLevel]:
-    """Return the same model level with tighter time steps; for rigid ropes also with still tighter ones, since impacts
-    can bifurcate."""
+    """Return the same model level with one set of tighter time steps, or with two if the scene has rigid ropes."""
     # impacts of rigid ropes can bifurcate: one tighter run may agree by chance
     once = candidate.tighter
     return [once, once.tighter] if system(candidate.plan).rigid_ropes else [once]

@@ -10,11 +10,11 @@ from threading import Thread
 from typing import NamedTuple
 
 import msgspec
+from heavylift.coordinator.record.in_memory import CUT, Judge, compiled, play
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import Asked, Fidelity
 
 from .figures import AskedFigure, figures, judged
-from .in_memory import CUT, Judge, compiled, play
 from .model_levels import ModelLevel
 
 DENSER, MOST = 4.0, 60_000  # times the samples, where a figure may be misread; at most of them in a run
@@ -88,8 +88,8 @@ class Measuring:
         return self._read[candidate.key]
 
     def limits(self, candidate: ModelLevel, values: bool = False) -> dict[str, AskedFigure]:
-        """Return the utilisations and the smallest clearance of a run at this model level and time step; empty if there
-        was no run."""
+        """Return, by name, the utilisations and the smallest clearance of an earlier run; empty if this candidate was
+        not run."""
         judge = self._judges.get(candidate.key)
         return {f.name: f for f in judged(judge, values=values)} if judge else {}
 
@@ -128,12 +128,12 @@ class Measuring:
 
 
 def added(*errors: Errors) -> Errors:
-    """Return the sum of several errors of each figure."""
+    """Return for each figure the sum of several errors."""
     return {name: sum(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
 def most(*errors: Errors) -> Errors:
-    """Return the largest of several errors of each figure."""
+    """Return for each figure the largest of several errors."""
     return {name: max(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 

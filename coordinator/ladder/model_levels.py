@@ -8,6 +8,7 @@ fixes are kept in its own runs, but not in runs of witnesses.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.mechanics import System
@@ -21,6 +22,10 @@ LADDER = (
     Fidelity(girder="elastic", rope_mass="lumped"),
     *(Fidelity(ropes="massive", lumps=n, rope_mass="lumped", girder="elastic") for n in (2, 4, 8)),
 )
+WATERS: dict[Literal["motion given", "one frequency"], str] = {
+    "motion given": "motion of vessels given",
+    "one frequency": "water at one frequency",
+}  # coarsest first
 TOLERANCES = {"radau5": (3, 8), "dop853": (6, 11)}  # exponents of the loosest and of the tightest decade
 OTHERS = (5, 10)
 DECADE = 2  # candidates of a level from one tolerance to a tenth of it
@@ -37,7 +42,7 @@ def levels(plan: Plan) -> list[Fidelity]:
 
 
 def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
-    """Return the plan at a model level; islands, and lifts with a fidelity of their own, do not change."""
+    """Return the plan at another model level; lifts that state a level of their own keep it."""
     own = msgspec.structs.replace(fidelity, islands=plan.fidelity.islands)
     lists = tuple(
         msgspec.structs.replace(each, fidelity=own) if each.fidelity == plan.fidelity else each for each in plan.lists
@@ -78,8 +83,8 @@ class ModelLevel:
     def level(self) -> str:
         """The effects that the model level includes, in words."""
         at = self.plan.fidelity
-        if at.water == "one frequency":
-            return f"{self.on(msgspec.structs.replace(at, water='memory')).level}, water at one frequency"
+        if at.water != "memory":
+            return f"{self.on(msgspec.structs.replace(at, water='memory')).level}, {WATERS[at.water]}"
         if not left_out(at_level(self.plan, LADDER[0])):
             return "as it is written"
         ropes = f"ropes of {at.lumps} lumps" if at.ropes == "massive" else f"{at.ropes} ropes"
@@ -123,7 +128,7 @@ class ModelLevel:
 
 @dataclass(frozen=True)
 class Ladder:
-    """All combinations of model level and time steps for a plan; `named`: settings that the scene fixes."""
+    """All combinations of model level and time steps for a plan; the scene's own settings `named` stay fixed."""
 
     plan: Plan
     named: Sequence[str] = ()
@@ -135,10 +140,11 @@ class Ladder:
 
     @property
     def compared(self) -> list[Fidelity]:
-        """All model levels and, for vessels in waves, the finest one with radiation at one frequency only."""
-        flat = msgspec.structs.replace(self.full[-1], water="one frequency")
-        same = system(at_level(self.plan, flat)) == system(at_level(self.plan, self.full[-1]))
-        return self.full if same else [flat, *self.full]
+        """All model levels; for vessels in waves also the finest one with each simpler model of the water."""
+        finest = self.full[-1]
+        flat = [msgspec.structs.replace(finest, water=water) for water in WATERS]
+        whole = system(at_level(self.plan, finest))
+        return [*(x for x in flat if system(at_level(self.plan, x)) != whole), *self.full]
 
     @cached_property
     def levels(self) -> list[Fidelity]:
@@ -159,7 +165,8 @@ class Ladder:
 
     @cached_property
     def whole(self) -> list[Fidelity]:
-        """The finest model level and the levels that differ from it only by fewer lumps per rope, finest last."""
+        """The model levels that include all effects of the finest one and differ only in the lumps per rope, finest
+        last."""
         finest = self.full[-1]
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
 
@@ -172,8 +179,8 @@ class Ladder:
 
     @property
     def poorer(self) -> Fidelity | None:
-        """The model level just below the finest one, which serves to measure the error of the finest; None if there is
-        only one level."""
+        """The model level just below the finest one, for the error estimate of the finest; None if there is only one
+        level."""
         return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
 
     @cached_property
@@ -188,8 +195,8 @@ class Ladder:
         return self.plan.method if {"method", "step"} & {*self.named} else self.own
 
     def in_own_steps(self, candidate: ModelLevel) -> ModelLevel:
-        """Return the same model level with the default integration method, with which the error of a model level is
-        measured.
+        """Return the same model level with the default integration method, for runs that measure the error of the
+        level.
 
         The level error does not depend on the steps, and other methods may be slow at a finer level.
         """

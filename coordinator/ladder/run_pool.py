@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
+from heavylift.coordinator.record.in_memory import play
 from heavylift.coordinator.supervision.pool import Pool
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
 from heavylift.kernel.trust import demand
@@ -14,7 +15,6 @@ from heavylift.nodes.plan.fidelity import ASKABLE, USUAL
 from heavylift.nodes.plan.plan import Plan, decode, encode, functions
 
 from .figures import AskedFigure, figures
-from .in_memory import play
 from .looking import as_it_is
 from .measuring import Errors, Measuring
 
@@ -37,16 +37,14 @@ Ran: TypeAlias = RunFigures | str
 
 
 class Start(Protocol):
-    """Interface of a function that starts a run of a plan; with `measured` it also starts the runs that measure its
-    errors."""
+    """Interface of a function that starts a run of a plan and, if `measured`, also runs that measure its errors."""
 
     def __call__(self, plan: Plan, measured: bool = False) -> Future[Ran]: ...
 
 
 @contextmanager
 def starting(at_once: int) -> Iterator[Start]:
-    """Yield a function that starts runs in `at_once` processes, which end when the context ends; with 0, runs take
-    place in this process."""
+    """Yield a function that starts runs in a pool of `at_once` processes, or in this process if `at_once` is 0."""
     if at_once < 1:
         yield _here
         return

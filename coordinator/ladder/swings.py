@@ -28,7 +28,8 @@ class Span:
 
 
 class Swing(NamedTuple):
-    """Amplitude [m or rad] and period [s] of the sinusoid that fits a signal best; 0 if none fits."""
+    """Amplitude [m or rad] and period [s] of the sinusoid fitted to a signal; zeros if the signal does not
+    oscillate."""
 
     amplitude: float
     period: float
@@ -51,7 +52,8 @@ def swing(t: Floats, x: Floats, span: Span) -> Swing | None:
 
 
 def top(t: Floats, y: Floats) -> float:
-    """Return the maximum of a sampled signal, from the parabola through its largest sample and both neighbours."""
+    """Return the maximum of a sampled signal, interpolated by a parabola through the largest sample and its
+    neighbours."""
     k = int(np.argmax(y))
     if not 0 < k < len(y) - 1:
         return float(y[k])
@@ -91,7 +93,7 @@ def _fitted(t: Floats, y: Floats, f: float) -> tuple[float, float]:
 
 
 def unseen(t: Floats, x: Floats, speed: Floats | None, span: Span) -> float:
-    """Return an upper estimate of the swing amplitude in a stage that is too fast for the samples to show.
+    """Return an upper estimate of the amplitude, in a stage, of oscillations too fast for the sample rate.
 
     It is the amplitude, at the Nyquist frequency of the samples, of that part of the RMS speed which the sampled
     positions do not explain.

@@ -11,11 +11,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import ceil, inf
 
+from heavylift.coordinator.record.in_memory import CUT
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.plan.fidelity import ASKABLE, MEANT, USUAL, Asked, percent
 from heavylift.nodes.scene import LoadedScene
 
-from .in_memory import CUT
 from .measuring import Errors, Measuring
 from .model_levels import DECADE, Ladder, ModelLevel
 
@@ -45,7 +45,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Held:
-    """Stability of a co-simulation of two bodies whose solvers hold the coupling force constant for `h` [s]."""
+    """Numerical damping of two coupled bodies, each with its own solver, that exchange the coupling force every `h`
+    [s]."""
 
     pair: str
     omega: float
@@ -142,7 +143,8 @@ def measure(
             f"--ask '{missing[0]}': this run does not have that quantity; ask for {', '.join(able) or 'something else'}"
         )
     if not quantity:
-        raise SceneError(f"{scene.path.name}: its run has none of the quantities that serve to compare model levels")
+        message = "its run has no quantity by which model levels can be compared, such as a rope tension"
+        raise SceneError(f"{scene.path.name}: {message}")
     rows, out = list[Row](), 0
     for candidate in (
         r for level in ladder.compared for r in ladder.candidates(level)[::DECADE][: REFERENCE + 1] if r.key != true.key

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from math import ceil, inf, log10
 from pathlib import Path
 
+from heavylift.coordinator.record.in_memory import CUT
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.plan.fidelity import Answer, Question
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scene.text.units import DURATION
 
 from .choosing import ACCURACIES, answered, choose
-from .in_memory import CUT
 from .measuring import Measuring, largest
 from .model_levels import Ladder, ModelLevel
 
@@ -106,7 +106,7 @@ def lasts(scene: LoadedScene) -> float:
 
 
 def elapsed() -> float:
-    """Return the seconds since this process was started, including the start of Python."""
+    """Return the time since the start of this process [s], including the start of the Python interpreter."""
     try:
         stat = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
         return time.clock_gettime(time.CLOCK_BOOTTIME) - int(stat[19]) / os.sysconf("SC_CLK_TCK")

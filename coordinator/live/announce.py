@@ -55,7 +55,7 @@ def announced(
     directory: Path, run: str, scene: str, recording: Path | None, units: Mapping[str, Mapping[str, str]],
     angles: tuple[str, ...],
 ) -> Iterator[None]:  # fmt: skip
-    """Announce a run to observers while this context is open, so that `find` and `running` list it."""
+    """Announce a run to other commands while this context is open, so that they can observe it and give it orders."""
     plain = {name: dict(fields) for name, fields in units.items()}
     given = path_text(recording.absolute()) if recording else ""
     notice = Notice(run, scene, given, os.getpid(), time.time(), plain, angles, __version__)
@@ -146,8 +146,8 @@ class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """Reply to an order: a sentence, whether the order was carried out and at which time [ns], and whether this is the
-    last reply."""
+    """Reply to an order: whether it was carried out, a sentence, simulation time [ns], and whether this is the last
+    reply."""
 
     done: bool
     said: str

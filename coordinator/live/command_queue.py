@@ -38,7 +38,7 @@ class TimedCommand(NamedTuple):
 
 
 def command(given: TimedCommand) -> Event:
-    """Return the event by which an operator's command enters the run."""
+    """Return an operator's command as an event from outside, to be injected into the run."""
     return Event(*given.tag, OPERATOR, COMMAND, 0, OperatorCommand.__name__, given.payload)
 
 

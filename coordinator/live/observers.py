@@ -22,6 +22,7 @@ from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import SPACES, printable
 from heavylift.nodes.devs import Event, Message
+from heavylift.nodes.devs.events import in_bytes
 from heavylift.nodes.models.parts import messages
 from heavylift.recordings.format.text import LISTED
 
@@ -38,13 +39,13 @@ class RunEnded(msgspec.Struct, frozen=True):
     reason: str = ""
 
 
-_ENCODER = msgspec.msgpack.Encoder()
+_ENCODER = msgspec.msgpack.Encoder(enc_hook=in_bytes)
 _EVENT, _ENDED = msgspec.msgpack.Decoder(Event), msgspec.msgpack.Decoder(RunEnded)
 ARRAY = 0x90  # the first half-byte of a short array in MessagePack
 
 
 def entry(data: bytes) -> Event | RunEnded:
-    """Decode an entry of the journal: an array is an event, a map is the end of the run."""
+    """Decode an entry of the journal: an event, or the end of the run."""
     return _EVENT.decode(data) if data[0] & 0xF0 == ARRAY else _ENDED.decode(data)
 
 
@@ -80,7 +81,7 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
 def shown(
     hub: Hub | LocalHub, name: str, recording: Path | None, turning: Iterable[str] = ()
 ) -> Iterator[EventPublisher | None]:
-    """Publish the events of run `name` while this context is open; yields None for a run in one process.
+    """Publish the events of run `name` while this context is open; a run in one process is not published (yields None).
 
     `turning`: actuators whose coordinate is an angle.
     """
@@ -135,7 +136,7 @@ LOOK_s = 0.02  # how often an observer looks for more
 
 
 class Observer(Iterator[tuple[int, Event]]):
-    """Iterator over the events of a run as (number, event); after the last event `ended` holds how the run ended."""
+    """Iterator over the numbered events of a run in progress; after the last one, `ended` states how the run ended."""
 
     def __init__(self, found: AnnouncedRun) -> None:
         self.found = found
@@ -162,12 +163,13 @@ class Observer(Iterator[tuple[int, Event]]):
 
 
 def observe(run: str | Path | AnnouncedRun = "") -> Observer:
-    """Observe all events of a run in progress as (number, event), from number 0; `run` as in `find`."""
+    """Return an iterator over the numbered events of a run in progress; `run`: a text as for `find`, or the run
+    itself."""
     return Observer(run if isinstance(run, AnnouncedRun) else find(str(run)))
 
 
 class Lines:
-    """Formats the events of one run as lines of text with their stage; every event must be passed in order."""
+    """Formatter of events as lines of text with their stages; it must receive all events of a run in order."""
 
     def __init__(self, notice: Notice) -> None:
         self._units, self._angles = notice.units, notice.angles

@@ -160,7 +160,7 @@ class Tempo:
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
-        """Return the logical time up to which grants may be sent; sets `held` once a pause has been reached."""
+        """Return the logical time up to which grants may be sent now; sets `held` while the run is paused."""
         self.held = False
         if self._free:
             return FOREVER
@@ -180,8 +180,8 @@ class Tempo:
         self.pace.granted(self._first)
 
     def rest(self, core: OpenCoordinator) -> float:
-        """Wait until something can be granted, unless a node is working; return how long [s] to wait for an answer of a
-        node."""
+        """Wait until a grant is due, if no node is working; return how long to wait for the next message of a node
+        [s]."""
         if self._free:
             return math.inf
         first = core.first
@@ -198,11 +198,11 @@ class Tempo:
         return self.limit is None and self.pace.ahead == NEVER
 
     def event(self) -> None:
-        """Record that a committed event was released, which ends a step to the next event."""
+        """Record that a committed event was released; this completes a step to the next event."""
         self._to_event = False
 
     def pause(self, core: OpenCoordinator) -> Tag:
-        """Pause the run as early as possible; return the logical time of the pause."""
+        """Pause the run at the earliest logical time still possible; return that time."""
         self.limit, self._to_event = Tag(core.safe_ns), False
         return self.limit
 
@@ -215,7 +215,7 @@ class Tempo:
         self.pace.go_on(here)
 
     def go_on(self) -> None:
-        """Continue after a pause, without a time at which to pause again."""
+        """Continue after a pause, and cancel any later pause."""
         if self.limit is not None:
             self.pace.go_on(self.limit)
         self.limit, self._to_event = None, False

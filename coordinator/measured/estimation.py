@@ -54,7 +54,7 @@ class Identifiable:
 
 @dataclass(frozen=True)
 class InputEstimates:
-    """Estimated values and standard uncertainties of inputs, by their number.
+    """Estimated values and standard uncertainties of the inputs of a scene, by index in the list of inputs.
 
     `unknown`: reasons why other inputs cannot be identified; `at`: clock offset.
     """
@@ -68,8 +68,10 @@ class InputEstimates:
 def estimate(
     simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Input], message: Identifiable, at: Alignment
 ) -> InputEstimates:
-    """Fit those inputs of a scene that the measured data determine; `simulate` returns the channels for given input
-    values (m,)."""
+    """Estimate inputs of a scene by least squares from measured data, or state why the data do not determine an input.
+
+    `simulate` returns the channels for given input values (m,).
+    """
     m, known = len(inputs), dict[bytes, Sequence[Curve]]()
     unknowns = [(p.value, p.scale, *p.bounds, STEP) for p in inputs]
     unknowns += [(0.0, float(np.median(np.diff(message.t))), -np.inf, np.inf, OFFSET_STEP)] * at.estimated
@@ -224,7 +226,9 @@ def scene_text(
         data.yaml_set_comment_before_after_key(part, before="\n".join([f"from {source}, 95 %:", *lines]))
     yaml.dump(data, out)
     if ordered(read(out.getvalue(), name).data) != ordered(wanted.data):
-        raise SceneError(f"{name}: estimates cannot be inserted without losing its comments; set them with --set")
+        raise SceneError(
+            f"{name}: estimates cannot be written into this file without losing comments; set them with --set"
+        )
     parse(out.getvalue(), name)
     return out.getvalue()
 

@@ -76,12 +76,13 @@ class LogSignals:
 
     @property
     def compared(self) -> list[LogChannel]:
-        """The measured channels that the run also has."""
+        """The measured channels for which the run has a simulated signal."""
         return [channel for channel in self.channels if channel.model]
 
 
 def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: float) -> LogSignals:
-    """Read a measured log and assign its columns to signals by a map; raises HeavyliftError for a fault in either."""
+    """Read a measured log and assign its columns to signals by map files; raises HeavyliftError for a fault in
+    either."""
     log, t = read_log(path), None
     channels, lines = list[LogChannel](), dict[str, str]()
     for source in map(_source, maps):
@@ -181,7 +182,9 @@ def driven(scene: LoadedScene, texts: Sequence[str]) -> LoadedScene:
     for text in texts:
         for log in _read(scene, text, actors):
             if log.actuator in found:
-                raise SceneError(f"--drive '{text}': {log.actuator} follows {found[log.actuator].source} already")
+                raise SceneError(
+                    f"--drive '{text}': {log.actuator} already follows {found[log.actuator].source}; leave one out"
+                )
             found[log.actuator] = log
     return replace(scene, plan=msgspec.structs.replace(scene.plan, driven=tuple(found.values())))
 
@@ -236,6 +239,6 @@ def _within(log: LogTable, column: str, rows: list[int], drive: DriveActor, t: F
     """Raise RecordingError for the first row that moves a drive beyond its end position."""
     lower, upper = (end if end is not None else s * np.inf for end, s in zip(drive.ends, (-1.0, 1.0), strict=True))
     for i in np.flatnonzero((x < lower - BEYOND) | (x > upper + BEYOND)).tolist():
-        distance = f"leads {drive.element} from {drive.initial:.6g} to {x[i]:.6g} at {t[i]:.6g} s"
+        distance = f"moves {drive.element} from {drive.initial:.6g} to {x[i]:.6g} at {t[i]:.6g} s"
         end = f"beyond its end at {lower if x[i] < lower else upper:.6g}"
         raise log.error(rows[i], column, f"{distance}, {end}; let the scene begin elsewhere, or cut the log there")

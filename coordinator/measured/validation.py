@@ -192,7 +192,8 @@ def curves_of(rec: Recording, channels: Sequence[LogChannel]) -> list[Curve]:
 def compared(
     rec: Recording, log: LogSignals, at: Alignment, u_input: Sequence[Floats]
 ) -> tuple[list[ChannelComparison], list[Floats]]:
-    """Compare each measured channel with that of the run; also return the comparison errors E (n,).
+    """Compare each measured channel with the run; return the comparisons, and per channel the errors (n,), simulated
+    minus measured.
 
     `u_input`: standard uncertainty of each channel at the samples of the run; empty if no input has a stated
     uncertainty.
@@ -219,8 +220,7 @@ def compared(
 
 
 def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[np.bool_]) -> list[Signal]:
-    """Return the measured signals and their comparison errors, with the log's times converted to the clock of the
-    run."""
+    """Return the measured signals, and the differences between run and log, at the log's times on the run's clock."""
     t, found = log.t[rows] + at.offset, dict[str, list[tuple[str, str, Floats]]]()
     parts = [(MEASURED, channel, channel.values[rows]) for channel in log.channels]
     for kind, channel, values in [*parts, *((ERROR, c, e) for c, e in zip(log.compared, errors, strict=True))]:
@@ -232,8 +232,8 @@ def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[n
 
 
 def accuracy(rec: Recording) -> float:
-    """Return the relative numerical accuracy of recorded rope tensions, as certified or from the tolerance; 0 for fixed
-    time steps."""
+    """Return the relative numerical error of recorded rope tensions, from the certificate or else from the tolerance; 0
+    for fixed steps."""
     bars = [bar for bar in rec.fact("certified", {}).get("bars", []) if bar["quantity"] == "rope tension"]
     if bars and all(bar["numerical"] is not None for bar in bars):
         return float(max(bar["numerical"] / abs(bar["value"]) for bar in bars))

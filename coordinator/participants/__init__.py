@@ -4,8 +4,9 @@ coordinator's.
 participant              one node from WELCOME to BYE; node_process: a process of some nodes; alive: its sign of life
 parts, building          the config that a WELCOME carries, and the model that it names
 kernel_node, recorded_kernel   the kernel as a node, also with a recorded history; configuration: the kernel's config
-sampling                 signals that the kernel sends to subscribed models
-session                  a run of a plan in this process; mechanics_at: the mechanics of a scene at one instant of a run
+sampling, rows           signals that the kernel sends to subscribed models; receivers of its sample rows
+lockstep, session        nodes of one thread without the protocol; a run of a plan by them
+mechanics_at             the mechanics of a scene at one instant of a run
 external                 nodes that external programs run
 isolation                protection of models from side effects between nodes, including globals
 

@@ -63,8 +63,8 @@ def built(reference: str, by: str = "") -> Coupled:
 
 
 def seeded(reference: str, seed: int) -> str:
-    """Return the reference with the argument `seed`; raises ModelError if the function takes none, or if the reference
-    already has one."""
+    """Add the argument `seed` to a reference `module:function(...)`; raises ModelError if the function takes no
+    seed."""
     where, name, arguments, named = read(reference)
     function = getattr(imported(where), name, None)
     parameters = inspect.signature(function).parameters if callable(function) else {}
@@ -84,7 +84,7 @@ def module(reference: str) -> str:
 
 
 def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
-    """Build the model and check that it has children with these names; `by`: the data that name the model."""
+    """Build the model that `reference` names, and check that it has children with these names."""
     model = built(reference, by)
     for name in names:
         if name not in model.children:
@@ -113,7 +113,7 @@ def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
 
 
 def couplings(model: Coupled, finish: tuple[str, str] | None = None) -> list[Coupling]:
-    """Return the couplings between the children of a model; the port `finish` is coupled to every node."""
+    """Return the couplings between the children of a model, including that of the port `finish`, which ends the run."""
     between = [
         Coupling(source.owner.name, source.name, target.owner.name, target.name)
         for source, target in model.couplings
@@ -127,8 +127,7 @@ _DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decode
 
 
 def declarations(root: Coupled, nodes: Iterable[Sequence[str]]) -> Iterator[bytes]:
-    """Yield, for each node, the encoded declarations of its models: their ports and types, from a newly built
-    `root`."""
+    """Yield, for each node of a newly built root, the encoded declarations of its models: ports and message types."""
     freezer, first = Freezer(tree(root)), min(root.children)
     for names in nodes:
         yield msgspec.msgpack.encode({name: _declared(root, name, freezer, name == first) for name in names})

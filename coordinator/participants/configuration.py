@@ -13,6 +13,7 @@ from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, couplings, driv
 from heavylift.nodes.models.user_models import OUTSIDE, aim_port
 from heavylift.nodes.plan.plan import Plan
 
+from .lockstep import Lockstep
 from .parts import KernelConfig, SignalSubscription
 
 PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
@@ -23,7 +24,7 @@ WIND = "wind"  # port of the events that set its speed
 
 
 class Wiring(NamedTuple):
-    """Couplings between nodes, from outside and to the coordinator, and the port whose message ends the run."""
+    """All couplings of a run: between nodes, from operators to nodes, and from nodes to the coordinator."""
 
     couplings: list[Coupling]
     outside: list[Coupling]
@@ -78,8 +79,8 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
     )
 
 
-def postponed(core: OpenCoordinator, plan: Plan) -> bool:
-    """Postpone the end of a run without a stated end while a model that gives orders has events left; return whether.
+def postponed(core: OpenCoordinator | Lockstep, plan: Plan) -> bool:
+    """Postpone the end of a run without a stated end while models that give orders have events; return whether it was.
 
     A load that only swings does not count.
     """

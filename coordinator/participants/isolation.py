@@ -36,8 +36,8 @@ _ghosts: dict[tuple[type, Reach], type] = {}
 
 
 def secluded(root: Coupled, names: Sequence[str], build: Callable[[], Coupled]) -> list[Model]:
-    """Return children of the root, isolated from all other models; `build` builds a second root if they share
-    objects."""
+    """Return children of the root, isolated from all other models; each child that shares objects with others is built
+    anew."""
     bound = _bound([root.children[name] for name in names])
     own = {name: root.children[name] for name in names if name not in bound}
     _seclude(root, own)
@@ -174,8 +174,7 @@ _Place = tuple[str, dict[str, object], str]  # full name; the variables of its m
 
 
 class Commons:
-    """Guard for global variables that several children use: their values must stay as they were before the first
-    transition."""
+    """Guard for the global variables that several children of a model use: no transition may change their values."""
 
     def __init__(self, root: Coupled) -> None:
         alike: dict[frozenset[type], list[str]] = {}

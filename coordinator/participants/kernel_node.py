@@ -11,7 +11,7 @@ else.
 """
 
 from bisect import bisect_left
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import msgspec
 import numpy as np
@@ -22,14 +22,16 @@ from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.model.switching import StateChange as Switched
 from heavylift.kernel.simulation.commands import LiftRowsView
 from heavylift.kernel.simulation.native.native_functions import Stepping
-from heavylift.kernel.simulation.native.samples import channels, published
+from heavylift.kernel.simulation.native.samples import channels
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
-from heavylift.nodes.devs import FOREVER, Event, Message, Slack, Tag, encode, succ
+from heavylift.nodes.devs import FOREVER, Event, Message, Slack, Tag, succ
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
+from heavylift.nodes.devs.ports import travelling
 from heavylift.nodes.models import KERNEL
 from heavylift.nodes.models.parts import messages as m
 
 from .parts import KernelConfig
+from .rows import RowSink
 from .sampling import Sampling
 
 BATCH = 256  # samples in one message, but for those of a rest, which are one row
@@ -40,22 +42,21 @@ SILENT = 2**30  # microstep of silent tags
 class KernelNode:
     """The mechanics kernel as a node of the protocol: a `Steppable` around a `Simulation`.
 
-    `publish(batch)` receives encoded samples [first, times, rows, notes] and, if the node `foretells`, the samples of a
-    scene at rest in advance. Rows of a single lift are numbered separately under its name.
+    The `sink` receives its samples and, if the node `foretells`, those of a scene at rest in advance. Rows of a single
+    lift are numbered separately under its name.
     """
 
-    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], foretells: bool = False) -> None:
+    def __init__(self, config: KernelConfig, sink: RowSink, foretells: bool = False) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
         models = (model for models in config.subscriptions.values() for model in models)
         self.lookahead = {f"{KERNEL}.{_port(model)}": 0 for model in models}
-        self._publish, self._foretells, self._period = publish, foretells, config.sample_ns
+        self.sink, self._foretells, self._period = sink, foretells, config.sample_ns
         self._sent = self._noted = 0
         self._before = FOREVER_NS  # samples from here on wait: a step may end where the run does [ns]
         self.pauses = 0
         """Number of native calls so far; it grows during a long step and so shows the progress of the node."""
         self._last = self._spoke = Tag(-1)  # of all transitions; of those with an output or an input
         self._offer: list[Switched] | None = None
-        self._most = np.zeros(0)  # the largest that each column of the samples sent has been
         self._message: list[Switched] = []  # what the last commands have changed, for the next microstep
         self._ran = -1  # up to when the simulation was run last [ns]
         self.mechanics = assembled(config.systems, config.gravity)
@@ -68,7 +69,7 @@ class KernelNode:
         self.lookahead |= self._sampling.lookahead
 
     def layout(self) -> bytes:
-        """Return the encoded description of the columns of a sample, for the recording."""
+        """Return the encoded names and units of the columns of a sample row, for the recording."""
         lifts = {lift.name: {"channels": _columns(lift.method)} for lift in self.simulation.alone}
         whole: dict[str, object] = {"channels": _columns(self.simulation.method)}
         return msgspec.msgpack.encode(whole | ({"lifts": lifts} if lifts else {}))
@@ -124,7 +125,7 @@ class KernelNode:
 
     @property
     def slack(self) -> list[Slack]:
-        """No observed lookaheads, since the kernel schedules no output in response to an input."""
+        """Observed lookaheads: always empty, since the kernel schedules no output in response to an input."""
         return []
 
     @property
@@ -146,13 +147,13 @@ class KernelNode:
         for e in (*self._message, *(self._offer or ())):
             for model in self._subscriptions.get(e.name, ()):
                 port = _port(model)
-                value = m.StateEvent(e.name, e.what, e.value)
-                out.append(Event(*tag, KERNEL, port, index.get(port, 0), "StateEvent", encode(value)))
+                value = travelling(m.StateEvent(e.name, e.what, e.value), f"{KERNEL}.{port}")
+                out.append(Event.of(*tag, KERNEL, port, index.get(port, 0), value))
                 index[port] = index.get(port, 0) + 1
         return sorted(out, key=lambda e: e.order)
 
     def among(self) -> list[Event]:
-        """Return no events, since every event of the kernel goes to a model in another node."""
+        """Return no events, since the kernel sends none within its own node."""
         return []
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
@@ -172,7 +173,7 @@ class KernelNode:
         try:
             for event in bag:
                 if not isinstance(event.value, m.KernelInput):
-                    raise ModelError(f"the kernel does not accept a {type(event.value).__name__}")
+                    raise ModelError(f"the kernel does not accept a {type(event.value).__name__}; send a KernelInput")
                 event.value.apply(self.simulation)
         except (KernelError, ModelError) as error:
             raise ModelError(f"{KERNEL} at {tag}: {error}") from error
@@ -200,7 +201,8 @@ class KernelNode:
     def snapshot(self) -> bytes:
         """Return a snapshot of the simulation and of the numbers of samples and notes sent so far."""
         text = (
-            self._sent, self._noted, self._last, self._spoke, self._message, self._most, self._sampling.done, self._ran,
+            self._sent, self._noted, self._last, self._spoke, self._message, self.sink.most, self._sampling.done,
+            self._ran,
         )  # fmt: skip
         return frozen((self.simulation.snapshot(), text, self._apart))
 
@@ -208,15 +210,14 @@ class KernelNode:
     def said(self) -> tuple[int, int, np.ndarray]:
         """The numbers of samples and notes sent so far, and the largest absolute value in each column of the
         samples."""
-        return self._sent, self._noted, self._most
+        return self._sent, self._noted, self.sink.most
 
     def restore(self, snapshot: bytes) -> None:
         """Continue from a snapshot of a kernel with the same config."""
         simulation, text, self._apart = thawed(snapshot)
         self.simulation.restore(simulation)
-        self._sent, self._noted, self._last, self._spoke, self._message, self._most, self._sampling.done, self._ran = (
-            text
-        )
+        self._sent, self._noted, self._last, self._spoke, self._message, most, self._sampling.done, self._ran = text
+        self.sink.most = most
         self._offer = None
 
     def _work(self, until: Tag) -> None:
@@ -233,12 +234,13 @@ class KernelNode:
         self.foretell()
 
     def foretell(self) -> None:
-        """Publish future samples of a scene at rest in advance."""
+        """Publish in advance the sample row of a scene at rest, which repeats until a command arrives."""
         if self._foretells and (rest := self.simulation.foretold()):
-            self._batch([*self.simulation.rows, rest], [], self._period)
+            self.sink.rows(self.simulation.method, self._sent, [*self.simulation.rows, rest], (), self._period)
 
     def _pause(self) -> None:
         self.pauses += 1
+        self.sink.paused(self.simulation)
         if len(self.simulation.rows) >= BATCH:
             self._flush()
 
@@ -250,7 +252,8 @@ class KernelNode:
             same = next((i for i in range(1, ready) if rows[i][1] is not rows[0][1]), ready)
             n = same if same > 1 else min(BATCH, ready)
             some, rows[:] = rows[:n], rows[n:]
-            self._batch(some, [(number, *notes[number]) for number in range(self._noted, len(notes))])
+            new = [(number, *notes[number]) for number in range(self._noted, len(notes))]
+            self.sink.rows(self.simulation.method, self._sent, some, new)
             self._sent, self._noted = self._sent + len(some), len(notes)
         for lift in self.simulation.alone:
             if len(lift.rows) >= least:
@@ -260,26 +263,8 @@ class KernelNode:
         ready = bisect_left(lift.rows, self._before, key=lambda row: row[0])
         some, lift.rows[:] = lift.rows[:ready], lift.rows[ready:]
         if some:
-            self._batch_apart(lift, some)
+            self.sink.apart(lift, self._apart[lift.name], some)
             self._apart[lift.name] += ready
-
-    def _batch_apart(self, lift: LiftRowsView, rows: list[tuple[int, np.ndarray]]) -> None:
-        """Publish rows of one lift that is computed alone."""
-        values = published(lift.method, np.array([row for _, row in rows])).astype("<f8", copy=False)
-        batch = self._apart[lift.name], [t for t, _ in rows], values.tobytes(), (), 0, lift.name
-        self._publish(msgspec.msgpack.encode(batch))
-
-    def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
-        """Publish consecutive samples, equal ones as one row."""
-        different = rows[:1] if all(row is rows[0][1] for _, row in rows) else rows
-        values = published(self.simulation.method, np.array([row for _, row in different])).astype("<f8", copy=False)
-        if not period:
-            most = np.abs(values).max(axis=0)
-            if not np.isfinite(most).all():
-                most = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=0)
-            self._most = np.maximum(most, self._most) if len(self._most) else most
-        more = (notes, period) if period else (notes,) if notes else ()
-        self._publish(msgspec.msgpack.encode((self._sent, [t for t, _ in rows], values.tobytes(), *more)))
 
 
 def _columns(method: Stepping) -> list[dict[str, object]]:

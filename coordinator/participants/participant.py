@@ -114,10 +114,11 @@ class Participant:
         """Create the node of a part; returns it with its declaration and the fingerprint of its configuration."""
         if isinstance(part, parts.KernelPart):
             from .kernel_node import KernelNode
+            from .rows import RowFrames
 
             kernel: KernelNode | Recalled
             if self._past is None:
-                kernel = KernelNode(part.config, self._sample, foretells=True)
+                kernel = KernelNode(part.config, RowFrames(self._sample), foretells=True)
             else:
                 from .recorded_kernel import Recalled
 
@@ -175,7 +176,7 @@ class Transitions:
         self._lines.append((*line.tag, line.path, line.kind, _wire(line.bag), _wire(line.sent)))
 
     def flush(self) -> None:
-        """Send the transitions logged so far."""
+        """Publish the transitions logged since the last call."""
         if self._lines:
             self._publish(msgspec.msgpack.encode(self._lines))
             self._lines.clear()

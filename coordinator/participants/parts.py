@@ -22,7 +22,7 @@ class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
 
 
 class SignalSubscription(msgspec.Struct, frozen=True):
-    """Signals to which a model subscribes: sampling period [ns], and a signal for each port."""
+    """Signals that a model receives as samples, by input port, and the sampling period [ns]."""
 
     period: int
     signals: dict[str, ScalarSignal]

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from .kernel_node import KernelNode
 from .parts import KernelConfig
+from .rows import RowFrames
 
 Floats = NDArray[np.float64]
 Rows = Iterator[tuple[list[int], Floats]]  # times [ns], rows as they stand in the file
@@ -53,12 +54,12 @@ class RecordedKernel:
 
 
 class Recalled:
-    """A kernel that first replays its recorded outputs up to a checkpoint and then computes on; a `Steppable` like
+    """A kernel that replays its recorded outputs up to a checkpoint and then continues computing; a `Steppable` like
     `KernelNode`."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
         self._publish, self._past = publish, past
-        self._kernel = KernelNode(config, self._sampled, foretells=True)
+        self._kernel = KernelNode(config, RowFrames(self._sampled), foretells=True)
         self._events: list[Event] = []
         self._last = self._kernel.last
         sent = noted = 0
@@ -77,7 +78,7 @@ class Recalled:
                 past.why = (
                     "the mechanics of the new scene differ" if foreign else "its checkpoint is damaged, or too old"
                 )
-                self._kernel = KernelNode(config, self._sampled, foretells=True)
+                self._kernel = KernelNode(config, RowFrames(self._sampled), foretells=True)
         self.lookahead = self._kernel.lookahead
         self._sent, self._known = sent, _Known(past, self._announced(sent))
         self._notes = [SamplerNote(i, t, message) for i, (t, message) in enumerate(past.notes[:noted])]
@@ -87,12 +88,12 @@ class Recalled:
         return msgspec.structs.replace(layout, recalled=recalled, most=self._most.tolist())
 
     def layout(self) -> bytes:
-        """Return the kernel's layout with the number of replayed samples."""
+        """Return the layout of the kernel's samples; it states how many of them are replayed."""
         return msgspec.msgpack.encode(self._announced(self._sent))
 
     @property
     def pauses(self) -> int:
-        """Counter that increases while the kernel makes progress."""
+        """Progress counter of the kernel: while it increases, the kernel still works."""
         return self._kernel.pauses
 
     def start(self) -> None:
@@ -112,7 +113,7 @@ class Recalled:
 
     @property
     def slack(self) -> list[Slack]:
-        """Observed lookaheads of the kernel, as in `KernelNode.slack`."""
+        """Observed lookaheads of the kernel: always empty."""
         return self._kernel.slack
 
     @property
@@ -132,7 +133,7 @@ class Recalled:
         return list(takewhile(lambda event: event.tag == tag, reversed(self._events)))
 
     def among(self) -> list[Event]:
-        """Return the events that no other node receives, as in `KernelNode.among`."""
+        """Return the events that the kernel sends within its own node, as `KernelNode.among` does."""
         return self._kernel.among()
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
@@ -146,7 +147,7 @@ class Recalled:
             self._kernel.advance(tag, bag, until)
 
     def foretell(self) -> None:
-        """If the kernel began at the start of the run, let it publish samples of a scene at rest in advance."""
+        """Publish in advance the sample row of a scene at rest, unless the kernel continues from a checkpoint."""
         if not self._past.used:
             self._kernel.foretell()
 
@@ -158,7 +159,9 @@ class Recalled:
         """Return a snapshot of the kernel; raises KernelError in the replayed part, whose checkpoints are in the
         recording."""
         if self._past.used and self._known.number < self._sent:
-            raise KernelError("no checkpoint can be made while the run repeats its recorded part")
+            raise KernelError(
+                "no checkpoint can be made while the run repeats its recorded part; use one of the recording"
+            )
         return self._kernel.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
@@ -222,7 +225,7 @@ class _Known:
         return times, rows
 
     def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
-        """Yield the recorded rows before row `end` or a time [ns], in batches: number of the first row, times, rows."""
+        """Yield the rows before number `end` and time `before_ns`, in batches: number of the first row, times, rows."""
         while self.number < end and self._next() and self._times[0] < before_ns:
             first = self.number
             n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])
@@ -234,8 +237,8 @@ class _Known:
             yield first, times, spread
 
     def compare(self, times: Sequence[int], rows: Floats) -> tuple[int, str, float, float] | None:
-        """Compare the kernel's samples with the recorded ones; return the first value that differs (time [ns], column,
-        recorded, new), or None."""
+        """Return time [ns], column, recorded and new value of the first difference between the kernel's samples and the
+        recorded ones; None if they are equal."""
         now, i = np.ascontiguousarray(self._columns(rows)[:, self._here]), 0
         while i < len(times) and self._next():
             n = min(len(times) - i, len(self._times))

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.simulation.native.samples import reader
-from heavylift.nodes.devs import NEVER, Event, encode
+from heavylift.nodes.devs import NEVER, Event
 from heavylift.nodes.models import KERNEL, sample_port
 from heavylift.nodes.models.parts.messages import Sample
 
@@ -45,7 +45,7 @@ class Sampling:
                 if period * self.done[period] == t
                 for port, read in readers.items()
             }
-            events = [Event(t, 0, KERNEL, port, 0, "Sample", encode(Sample(float(x)))) for port, x in ports.items()]
+            events = [Event.of(t, 0, KERNEL, port, 0, Sample(float(x))) for port, x in ports.items()]
             self._said = t, events
         return self._said[1]
 

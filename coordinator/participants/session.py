@@ -1,24 +1,25 @@
 """A run of a plan in this process and thread: it can be advanced step by step, given orders, and inspected in between.
 
-One node has commander and machines, another the kernel; the time protocol runs between them. No file, no bus, no other
-process; the digest is that of any run. Outputs of models are not checked for side effects: `run` does that.
+One node has commander and machines, another the kernel, and each model of a user's own is one; they run in lockstep. No
+file, no bus, no other process, no bytes; the digest is that of any run. Outputs of models are not checked for side
+effects: `run` does that.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Generic, TypeVar
+from contextlib import suppress
+from typing import Generic, NamedTuple, TypeVar
 
-from heavylift.coordinator.protocol.messages import Bye, Fail, Grant, GrantDone, Hello, RunEnd, StopRun
-from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
+from heavylift.nodes.devs import FOREVER, Event, Simulator, Steppable, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving, goes_on
 from heavylift.nodes.plan.plan import Plan
 
-from .configuration import PATIENCE_ns, kernel_config, postponed, wiring
+from .configuration import PATIENCE_ns, Wiring, kernel_config, postponed, wiring
 from .kernel_node import KernelNode
+from .lockstep import Lockstep
 from .parts import KernelConfig
 
 Kernel = TypeVar("Kernel", bound=KernelNode)
@@ -41,26 +42,17 @@ class Session(Generic[Kernel]):
     ) -> None:
         """`make` creates the kernel from its configuration; `hear` receives committed events; `end` replaces the end of
         the plan. A plan without an end is extended while a driving model is scheduled."""
-        self.models = models = build(plan)
-        self.config = configured(plan, models)
+        self._built = built = _spare(plan) or _Built.of(plan)
+        self.models, self.config = built.models, built.config
         self.kernel = make(self.config)
-        self.grants, self._hear, self._plan = 0, hear, plan
+        self._hear, self._plan = hear, plan
         self._patient = end is None and plan.end is None
         end = end or Tag(PATIENCE_ns if plan.end is None else seconds(plan.end))
-        wires, most = wiring(plan), plan.microsteps
-        shared = driving(plan)  # one node: what they say to each other needs no grants
-        homes = {COMMANDER: [*dict.fromkeys(shared)], **{n: [n] for n in (*models, KERNEL) if n not in shared}}
-        self.core = OpenCoordinator(homes, wires.couplings, end, wires.finish, self._heard, wires.outside, most, homes)
-        acting = {n: [models[m] for m in own] for n, own in homes.items() if n != KERNEL}
-        self._nodes = {
-            n: Node(n, Simulator(own, microsteps=most, watched=False, wires=wires.all), hashed=False)
-            for n, own in acting.items()
-        } | {KERNEL: Node(KERNEL, self.kernel, self.kernel.finish, hashed=False)}
-        for name, node in self._nodes.items():
-            hello = node.hello()
-            if not isinstance(hello, Hello):
-                raise ModelError(hello.sentence) from node.cause
-            self.core.hello(name, hello)
+        wires, homes = built.wires, built.homes
+        nodes: dict[str, Steppable] = {**built.acting, KERNEL: self.kernel}
+        self.core = Lockstep(
+            nodes, wires.couplings, end, wires.finish, self._heard, wires.outside, plan.microsteps, homes
+        )
 
     def _heard(self, event: Event) -> None:
         if self._patient and goes_on(event):
@@ -69,34 +61,53 @@ class Session(Generic[Kernel]):
 
     def advance(self, until: Tag = FOREVER) -> RunEnd | None:
         """Process all events before a logical time; return why the run is over, or None. Raises HeavyliftError."""
-        answers: list[tuple[str, GrantDone]] = []
-        while True:
-            for name, grant in self.core.ready(until):
-                answers.append((name, self._granted(name, grant)))
-                self.grants += 1
-            if answers:
-                self.core.done(*answers.pop())
-            elif not (self._patient and postponed(self.core, self._plan)):
-                return self.core.over
-
-    def _granted(self, name: str, grant: Grant) -> GrantDone:
-        """Grant a node and return its DONE; raises the error of a FAIL."""
-        node = self._nodes[name]
-        text = node.handle(grant)
-        if isinstance(text, Fail):
-            raise self.core.failed(name, text) from node.cause
-        assert isinstance(text, GrantDone)
-        return text
+        outcome = self.core.advance(until)
+        while self._patient and postponed(self.core, self._plan):
+            outcome = self.core.advance(until)
+        return outcome
 
     def finish(self, end: Tag) -> str:
-        """Let the kernel compute up to `end`, and return the conditions for which models still wait.
+        """Advance the kernel to `end`, and return the conditions for which models still wait, as text.
 
         Raises ModelError with this text if the plan has no end time and its action list has not finished.
         """
-        bye = self._nodes[KERNEL].handle(StopRun(end))
-        if not isinstance(bye, Bye):
-            raise ModelError(getattr(bye, "sentence", f"{KERNEL} answered STOP with {bye!r}"))
+        self.kernel.finish(end)
         waiting = [text for model in self.models.values() if (text := str(getattr(model, "waiting_for", str)()))]
         if waiting and self._patient and self.core.over is not RunEnd.FINISHED:
             raise ModelError(waiting[0])
+        if not self._plan.models:  # whose state may be anywhere
+            _SPARE[:] = [self._built]
         return "; ".join(waiting)
+
+
+class _Built(NamedTuple):
+    """The models of a plan in their simulators, which `start` brings to their initial states again."""
+
+    plan: Plan
+    models: dict[str, NodeModel]
+    config: KernelConfig
+    wires: Wiring
+    homes: dict[str, list[str]]
+    acting: dict[str, Simulator]
+
+    @classmethod
+    def of(cls, plan: Plan) -> _Built:
+        models, wires, shared = build(plan), wiring(plan), driving(plan)
+        homes = {COMMANDER: [*dict.fromkeys(shared)], **{n: [n] for n in models if n not in shared}}
+        acting = {
+            n: Simulator([models[m] for m in own], microsteps=plan.microsteps, watched=False, wires=wires.all)
+            for n, own in homes.items()
+        }
+        return cls(plan, models, configured(plan, models), wires, homes, acting)
+
+
+_SPARE: list[_Built] = []  # of the last run that came to its end, for the next one of the same plan
+
+
+def _spare(plan: Plan) -> _Built | None:
+    """Take the models of an equal plan whose run is over, if they are still there; threads take them once."""
+    with suppress(IndexError):
+        built = _SPARE.pop()
+        if built.plan == plan:
+            return built
+    return None

@@ -195,8 +195,7 @@ class Coordinator:
         return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
 
     def failed(self, name: str, fail: Fail) -> ModelError:
-        """Return the error to raise for a FAIL: the node's sentence, or the cycle of nodes in which time does not
-        advance."""
+        """Return the error for a node's FAIL: the zero-delay cycle that the node is part of, or else its sentence."""
         node = self._node(name)
         if self._open and node.running:
             # a model may fail after it has sent: what it sent before belongs to the recording
@@ -209,15 +208,12 @@ class Coordinator:
         return ModelError(next(filter(None, cycles), fail.sentence))
 
     def scheduled(self, names: Iterable[str]) -> Tag:
-        """Return the earliest pending logical time of the nodes that contain these models; FOREVER if they only react
-        to inputs."""
+        """Return the earliest pending logical time of these models' nodes; FOREVER if none has a scheduled event."""
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Return (count, name) of the nodes that began to block this node since the last call.
-
-        `count`: number of DONE messages of all nodes up to then.
-        """
+        """Return the nodes that began to block this node since the last call, as pairs (number of DONE messages so far,
+        name)."""
         return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:

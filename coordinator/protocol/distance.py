@@ -65,8 +65,8 @@ def distances(
     finish: tuple[str, str] | None = None,
     heard: Iterable[str] = (),
 ) -> tuple[Matrix, Matrix]:
-    """Return the matrices of least delays between nodes: D from an output, and R from an input, to an arrival at
-    another node.
+    """Return the matrices of least delays between nodes, from an output (D) or an input (R) of a node to an arrival at
+    another.
 
     `nodes`: their models; `lookaheads` by "model.port"; `heard`: models with input from outside. The port `finish`
     reaches each node after 1 ns.
@@ -215,7 +215,7 @@ class NodeState:
 
     @property
     def uncommitted(self) -> bool:
-        """Whether the earliest pending logical time of the node is that of an uncommitted offer."""
+        """Whether the node's next event is an offer of outputs that is not yet committed."""
         return bool(self.offer) and not self.committed and self.next <= self.hears
 
     def put(self, event: Event) -> bool:
@@ -239,16 +239,14 @@ class NodeState:
         return done
 
     def hold_back(self, other: "NodeState", dones: int) -> None:
-        """Record that this node began to block node `other` when all nodes together had sent `dones` DONE messages."""
+        """Record that this node now blocks node `other`; `dones`: number of DONE messages of all nodes so far."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:
             other._held.append((dones, self.name))
 
     def blocked_by(self) -> list[tuple[int, str]]:
-        """Return (count, name) of the nodes that began to block this node since the last call.
-
-        `count`: number of DONE messages of all nodes up to then.
-        """
+        """Return the nodes that began to block this node since the last call, as pairs (number of DONE messages so far,
+        name)."""
         held, self._held = self._held, []
         return held
 

@@ -187,7 +187,7 @@ class CycleWatch:
                 self._reached.append(event)
 
     def check(self) -> None:
-        """Raise ModelError if an event has reached the allowed number of microsteps."""
+        """Raise ModelError if events have reached the allowed number of microsteps at one time."""
         if self._reached:
             last = min(self._reached, key=lambda event: event.order)
             raise ModelError(
@@ -197,8 +197,8 @@ class CycleWatch:
             )
 
     def sentence(self, node: str, tag: Tag) -> str:
-        """Return an error sentence about the zero-delay cycle of nodes that `node` has reached at `tag`; "" if no other
-        node takes part."""
+        """Return an error sentence for the zero-delay cycle through `node` at `tag`; "" if no other node is part of
+        it."""
         distance = self._back(node, tag) if tag.k >= self.microsteps else []
         if not distance:
             return ""

@@ -38,6 +38,7 @@ from typing import Annotated
 import msgspec
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.devs import AtomicResult, Event, Slack, Tag
+from heavylift.nodes.devs.events import in_bytes
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
 Delay = tuple[Count, Count]  # ns and microsteps
@@ -94,7 +95,7 @@ class GrantDone(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="don
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
-    """CHECKPOINT: canonical state of a node after GRANT `gseq`.
+    """CHECKPOINT: canonical state of a node after it has processed the grant number `gseq`.
 
     Without a state the message is a request for one, or `why` is the reason why there is none.
     """
@@ -139,7 +140,7 @@ class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
 
 AnyMessage = Hello | Welcome | Grant | GrantDone | Checkpoint | Fail | StopRun | Bye
 
-_ENCODER = msgspec.msgpack.Encoder()
+_ENCODER = msgspec.msgpack.Encoder(enc_hook=in_bytes)
 _DECODER: msgspec.msgpack.Decoder[AnyMessage] = msgspec.msgpack.Decoder(AnyMessage)
 
 

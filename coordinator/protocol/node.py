@@ -17,11 +17,12 @@ import msgspec
 from heavylift.kernel.description.user_code import raised
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, out_of_memory
 from heavylift.nodes.devs import FOREVER, AtomicResult, Event, Keepable, Steppable, Tag, after, encode, succ
+from heavylift.nodes.devs.events import in_bytes
 
 from .distance import plus
 from .messages import AnyMessage, Bye, Checkpoint, Fail, Grant, GrantDone, Hello, StopRun, Welcome, name_of
 
-_ENCODER = msgspec.msgpack.Encoder()
+_ENCODER = msgspec.msgpack.Encoder(enc_hook=in_bytes)
 _KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], list[Event], bytes])
 _BEGIN = Tag(0)
 SPOKEN = TAGS = 256  # events and tags after which a grant ends
@@ -29,7 +30,7 @@ LONGEST = 20_000  # characters of a traceback that are sent, the last ones
 
 
 def kept(state: bytes) -> tuple[Tag, bytes]:
-    """Return the content of a checkpoint: the logical time before which everything is done, and the model's
+    """Return the content of a checkpoint: the logical time up to which the node has processed events, and the model's
     snapshot."""
     found = _KEPT.decode(state)
     return found[2], found[5]
@@ -115,7 +116,7 @@ class Node:
             if tag <= self._last:
                 event = kept[0]
                 raise ModelError(
-                    f"{self.name} at {self._last}: the message {event.source}.{event.port} is late, it was due at {tag}"
+                    f"{self.name} at {self._last}: message from {event.source}.{event.port} is late: due at {tag}"
                 )
             bag = []
             while first == tag:

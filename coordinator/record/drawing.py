@@ -36,8 +36,10 @@ SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
 def shapes_of(system: System, drawn: Sequence[OwnShape] = ()) -> list[DrawnBox]:
-    """Return the shapes of all bodies of a mechanism, and of its contact shapes in the world; `drawn`: bodies that
-    already have shapes."""
+    """Return the boxes by which to draw the bodies of a mechanism and its contact shapes fixed in the world.
+
+    `drawn`: shapes that some bodies have already.
+    """
     touching: dict[str, list[Shape]] = {}
     for shape in (s for c in system.contacts for s in (c.a, c.b)):
         if shape not in touching.setdefault(shape.body, []):
@@ -99,7 +101,7 @@ def _solid(body: Body) -> Iterator[DrawnBox]:
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Return edge lengths (0 without extent) and rotation of the homogeneous box that has a body's mass and inertia."""
+    """Return edges [m] and rotation of the homogeneous box with a body's mass and inertia; edges may be 0."""
     inertia = np.array(body.inertia)
     if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-9 * float(np.abs(inertia).max())):
         principal, axes = np.diag(inertia), np.eye(3)
@@ -156,7 +158,7 @@ def boxes(plan: Plan) -> list[DrawnBox]:
 
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
-    """Return centre and radius [m] of the region that views of a plan show at its start."""
+    """Return centre and radius [m] of the sphere that the 3D view of a plan shows first."""
     if cranes := _on_rails(plan):
         n, r = len(cranes), sum(c.main.com[1] for c in cranes) / len(cranes)
         x, y = sum(c.at[0] + c.gantry.start for c in cranes) / n, r + sum(c.at[1] for c in cranes) / n

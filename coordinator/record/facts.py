@@ -46,8 +46,7 @@ def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:
-    """Return the supports of bodies: name, body, point in the body's frame, height of the pad [m], and the body
-    below."""
+    """Return for each support: name, supported body, point in its frame, height of the pad [m], and the body below."""
     found = [support for machine in plan.machines for support in machine.system.supports]
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
 
@@ -61,7 +60,7 @@ def hanging(plan: Plan) -> dict[str, str]:
 
 
 class EnergyAudit:
-    """Energy balance of a run: largest imbalance [J] and energy turned over (work, heat, kinetic energy) [J]."""
+    """Energy balance of a run: largest imbalance [J] and the sum of work, heat and kinetic energy [J] as its scale."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._energy, self._accounts = layout.find("energy"), layout.find("account")
@@ -98,5 +97,5 @@ class EnergyAudit:
 
     @property
     def error(self) -> float:
-        """The largest imbalance relative to the energy turned over."""
+        """The largest imbalance divided by the energy turned over: the sum of work, heat and kinetic energy."""
         return self.imbalance / self.turned_over if self.turned_over else 0.0

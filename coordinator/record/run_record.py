@@ -36,7 +36,7 @@ class Budget:
 
     @staticmethod
     def of(start: Mark, greeted: Mark, played: Mark, ended: Mark, kernel: float) -> "Budget":
-        """Compute how the wall time of a run was spent on its parts [s]."""
+        """Return the wall time [s] that each part of a run took, from marks set between the parts."""
         marks = [start, greeted, played, ended]
         starting, playing, ending = ((b[0] - a[0]) - (b[1] - a[1]) for a, b in pairwise(marks))  # without the recording
         return Budget(starting, kernel, max(0.0, playing - kernel), ended[1], ending)
@@ -46,12 +46,12 @@ class Budget:
 
 
 class ClockedWork:
-    """Base class of recorders whose working time `spent_s` [s] is measured."""
+    """Base class of recorders, which measure their own working time `spent_s` [s]."""
 
     spent_s = 0.0
 
     def mark(self) -> Mark:
-        """Return the present wall time and the working time so far [s]."""
+        """Return the present wall-clock time and the working time `spent_s` so far, both in s."""
         return time.perf_counter(), self.spent_s
 
 
@@ -61,7 +61,7 @@ R = TypeVar("R")
 
 
 def clocked(method: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P], R]:
-    """Decorate a method to add its duration to `spent_s`; signals are deferred until it returns."""
+    """Decorate a method of a recorder: count its duration in `spent_s`, and let no signal interrupt it."""
 
     @wraps(method)
     def timed(self: T, /, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -111,7 +111,7 @@ class RunRecorder(ClockedWork):
         return []
 
     def settle(self, t_ns: int) -> None:
-        """Note that all data before this simulation time [ns] have arrived and can be written."""
+        """Take note that all data before this simulation time [ns] have arrived; does nothing without a file."""
 
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()

@@ -184,7 +184,7 @@ class Record(FileRecorder):
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
         """Record a message of the time protocol; a message to the kernel cancels the samples that the kernel has
-        announced in advance."""
+        published in advance."""
         super().protocol(t_ns, node, direction, message, data, held)
         if node == KERNEL and direction == "to node":
             self._foretold = None

@@ -74,8 +74,8 @@ class EventComparison:
         return _deviation(due, event if event.order == due.order else None)
 
     def reach(self, tag: Tag) -> Deviation | None:
-        """Note that the repeated run sends no further event before this logical time; return a deviation if a recorded
-        event is missing, otherwise None."""
+        """Return a deviation if a recorded event before this time is missing; to be called when the repeated run has
+        passed it."""
         due = self._recorded[self.count] if self.count < len(self._recorded) else None
         return _deviation(due, None) if due is not None and due.tag < tag else None
 

@@ -15,6 +15,7 @@ import msgspec
 from heavylift.coordinator.participants import building
 from heavylift.coordinator.participants.configuration import Wiring, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.rows import RowFrames
 from heavylift.coordinator.participants.session import configured
 from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.record.scene import RESOLVED
@@ -42,7 +43,7 @@ from heavylift.recordings.format.spellings import BEAM
 
 @dataclass(frozen=True)
 class RecordedModels:
-    """The models of a recorded run: the node of each model, couplings, the port that ends the run, and constructors.
+    """The models of a recorded run, with the node of each, their couplings, and the function that rebuilds them.
 
     `make(name, publish)` builds a new model; `publish` receives the sample batches of the kernel.
     """
@@ -87,7 +88,7 @@ def _of_plan(plan: Plan) -> RecordedModels:
 
     def make(name: str, publish: Callable[[bytes], None]) -> Steppable:
         if name == KERNEL:
-            return KernelNode(configured(plan, build(plan)), publish)
+            return KernelNode(configured(plan, build(plan)), RowFrames(publish))
         return _alone(build_one(plan, name), wires, plan.microsteps)
 
     wires = wiring(plan)
@@ -150,8 +151,8 @@ class RecordedRun:
             value = msgspec.convert(e.value, message_type(e.type))
         except (*UNREADABLE, ModelError) as error:
             raise RecordingError(
-                f"{self.path}: {e.source}.{e.port} at {Tag(e.t_ns, e.microstep)} is no {e.type} that heavylift "
-                f"{__version__} knows ({error}); {again(self.recording.version)}"
+                f"{self.path}: {e.source}.{e.port} at {Tag(e.t_ns, e.microstep)} cannot be read as {e.type} by "
+                f"heavylift {__version__} ({error}); {again(self.recording.version)}"
             ) from None
         return Event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, encode(value))
 
@@ -172,5 +173,5 @@ class RecordedRun:
 
 
 def plain(e: RecordedEvent) -> Event:
-    """Return a recorded event with its value as plain data, without its message class."""
+    """Return a recorded event with its value encoded as plain data, so that its message class is not needed."""
     return Event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(e.value))

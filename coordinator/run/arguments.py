@@ -40,8 +40,10 @@ def end_ns(until: object) -> int:
 
 
 def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Order[What]]:
-    """Check and sort timed orders, each a pair of a time [s] and a value for which `fits` is true; raises
-    ModelError."""
+    """Return timed orders, pairs of a time [s] and a value, checked and sorted by time; raises ModelError.
+
+    `fits` decides whether a value is valid.
+    """
     if not isinstance(orders, Iterable) or isinstance(orders, str | bytes):
         raise ModelError(f"orders={orders!r}: give a list of pairs (seconds, {what})")
     found: list[Order[What]] = []
@@ -56,7 +58,7 @@ def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Ord
 
 
 def patterns(keep: object) -> tuple[str, ...]:
-    """Return names or patterns of signals, given as one or several, as a tuple; raises SignalError."""
+    """Return one or several names or patterns of signals as a tuple; raises SignalError for anything else."""
     text = texts(keep)
     if text is None:
         raise SignalError(f"keep={keep!r}: give names of signals, such as ['rope/tension', 'pose/*']")

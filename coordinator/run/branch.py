@@ -91,7 +91,7 @@ class RunBranch:
         point = _point(run, at)
         new = _new(begun, run.recording, settings, scene)
         if new.plan.end is not None and seconds(new.plan.end) <= point.tag.t:
-            raise SceneError(f"end {new.plan.end:g} s: is before the branch point {point}; choose a later end")
+            raise SceneError(f"the end {new.plan.end:g} s is before the branch point {point}; choose a later end")
         return cls(path, new, begun, point, run)
 
 
@@ -261,7 +261,7 @@ def _past(what: RunBranch) -> RecordedKernel:
 
 
 def different(old: Plan, new: Plan) -> list[str]:
-    """Return texts that name the first paths at which two plans differ, and the number of further ones."""
+    """Return the first paths (at most `NAMED`) at which two plans differ, and "and N more" if there are others."""
     found = list(_apart("", old, new))
     return [*found[:NAMED], *([f"and {len(found) - NAMED} more"] if len(found) > NAMED else [])]
 

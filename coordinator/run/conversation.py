@@ -120,12 +120,12 @@ class Conversation:
             hub.sampled = self._take_samples
 
     def written_to(self, wanted: str | Path | None, given: Path | None) -> None:
-        """Report that the recording was given another file name than `wanted`, because that file exists."""
+        """Report the file name `given` of the recording to the user if the name `wanted` was taken."""
         if given is not None and given != Path(wanted or ""):
             self._watch.say(f"{wanted} exists; writing {given}")
 
     def welcome(self, node: str, config: bytes, fingerprint: str) -> None:
-        """Send a node its WELCOME with a config of this fingerprint; an external node gets a config of its own form."""
+        """Send a node its WELCOME with its configuration, or with that of the external program that runs it."""
         self._agreed[node] = fingerprint
         self._send(node, m.Welcome(1, self.externals[node].config if node in self.externals else config))
 
@@ -144,7 +144,10 @@ class Conversation:
         return node, message.declaration
 
     def play(self) -> RunEnd:
-        """Run rounds of GRANT and DONE until nothing is left before the end; may be called again for a later end."""
+        """Grant time to the nodes, round by round, until no event is left before the end.
+
+        It may be called again after the end was moved to a later time.
+        """
         core, tempo, outstanding = self.core, self._tempo, 0
         self._begun = True
         while True:

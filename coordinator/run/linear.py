@@ -26,8 +26,7 @@ def linearise(
     outputs: Sequence[str] = ("joint/position/*",),
     at: float | str | None = None,
 ) -> LinearModel:
-    """Return the matrices A, B, C, D of a scene (loaded, its path or name) or a system, with names and units of states,
-    inputs, outputs.
+    """Return the linear model of a scene or system: matrices A, B, C, D, names and units of states, inputs and outputs.
 
     `inputs`: drives, winches, masters, and signals of forces; for a drive that prescribes its joint the input is the
     acceleration, for other drives the speed. `outputs`: columns of signals as `simulate` names them, or patterns. `at`:

@@ -250,8 +250,7 @@ def _preload(reference: str) -> list[str]:
 
 
 def referred(build: str | Callable[..., Any]) -> str:
-    """Return the reference `module:function` under which other processes can import a function; a reference is returned
-    unchanged."""
+    """Return a reference `module:function` to a function, by which other processes can import it."""
     if isinstance(build, str):
         return build
     name = getattr(build, "__qualname__", "")

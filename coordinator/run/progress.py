@@ -75,7 +75,7 @@ class Progress(RunObserver):
             self._live.update(self._line())
 
     def say(self, sentence: str) -> None:
-        """Print a line of its own above the progress bar."""
+        """Print a sentence on a separate line above the progress bar."""
         if self._live is None:
             print(printable(sentence), file=sys.stderr)
         else:
@@ -207,6 +207,6 @@ def _print(text: str | None, style: str | None = None) -> None:
 
 
 def command() -> str:
-    """Return the name by which the user has called heavylift, for commands to copy."""
+    """Return the program name with which the user called heavylift, for commands that are printed to be copied."""
     called = sys.argv[0]
     return "heavylift" if shutil.which("heavylift") == str(Path(called).absolute()) else called

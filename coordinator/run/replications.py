@@ -15,15 +15,16 @@ from math import isfinite, nan, sqrt
 from statistics import fmean, stdev
 
 import msgspec
-from heavylift.coordinator.participants.building import built, seeded
+from heavylift.coordinator.participants.building import built, couplings, seeded, stopping
+from heavylift.coordinator.participants.lockstep import Lockstep
 from heavylift.coordinator.supervision.pool import Pool, cores, submits
 from heavylift.kernel import errors
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, Stopped
-from heavylift.nodes.devs import NEVER, Coupled, Message, Simulator
+from heavylift.nodes.devs import FOREVER, Coupled, Message, Simulator, Tag
 from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .arguments import end_ns, whole
-from .models import referred, run_models
+from .models import referred
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def replicate(
     workers: int = 0,
     confidence: float = 0.95,
 ) -> Replications:
-    """Run a model `count` times like `run_models` in one process, each time with another `seed` of its function.
+    """Run a DEVS model `count` times in single processes, each time with another random seed.
 
     The seeds follow from `seed`. `executor`: any of concurrent.futures, by default a pool of `workers` processes
     (default: all cores); results do not depend on it. Raises HeavyliftError that names the replication, Stopped on
@@ -114,24 +115,26 @@ def _once(task: tuple[int, str, float | None, str, int]) -> bytes:
     """Run the model once and return the numbers of its results, by "path.field"."""
     number, reference, until, stop, microsteps = task
     try:
-        results = (
-            _flat(reference, until, microsteps)
-            if not stop
-            else run_models(reference, until, in_process=True, stop=stop, microsteps=microsteps).results
-        )
+        results = _results(built(reference), Tag(end_ns(until)), stop, microsteps)
     except HeavyliftError as error:
         return msgspec.msgpack.encode(({}, type(error).__name__, f"replication {number}, {reference}: {error}"))
     values = {name: x for path, result in results.items() for name, x in numbers(path, result)}
     return msgspec.msgpack.encode((values, "", ""))
 
 
-def _flat(reference: str, until: float | None, microsteps: int) -> dict[str, Message]:
+def _results(model: Coupled, end: Tag, stop: str, microsteps: int) -> dict[str, Message]:
     """Return the results of a run in the flat simulator, which passes values instead of the protocol's bytes."""
-    end = end_ns(until)
-    simulator = Simulator(built(reference), microsteps=microsteps)
-    simulator.start()
-    simulator.run(end)
-    results = simulator.results(end if end < NEVER else 0)
+    if finish := stopping(model, stop):
+        own = {model.name: [*model.children]}
+        flat = Simulator([*model.children.values()], microsteps=microsteps, wires=couplings(model, finish))
+        run = Lockstep({model.name: flat}, [], end, finish, microsteps=microsteps, models=own)
+        run.advance()
+        end = run.end
+    else:
+        flat = Simulator(model, microsteps=microsteps)
+        flat.start()
+        flat.run(end.t)
+    results = flat.results(end if end < FOREVER else Tag(0))
     return {path: results[path] for path in sorted(results, key=lambda path: path.split("."))}
 
 

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from heavylift.coordinator.ladder.in_memory import Played
+from heavylift.coordinator.record.in_memory import Played
 from heavylift.kernel.errors import KernelError, RecordingError, SignalError, extra
 from heavylift.kernel.islands.dense_output import instants_of
 from heavylift.recordings.format.schema import RecordedEvent
@@ -33,12 +33,21 @@ class StageSpan(NamedTuple):
     end: float
 
 
+class Course(NamedTuple):
+    """What happened in a run: stages, peaks of rope tension, recorded events, notes of the kernel with times [s]."""
+
+    stages: list[StageSpan]
+    peaks: dict[str, Peak]
+    events: list[RecordedEvent]
+    notes: list[tuple[float, str]]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """Results of a simulated run: sampled signals, stages, peak tensions and recorded events.
 
     Sample times (n,) [s]; signals by name; peak tension [N] and time [s] of each rope; notes of the kernel with times
-    [s]; conditions for which the action list still waited. Verdict and digest are computed on first use.
+    [s]; conditions for which the action list still waited. All but the signals is computed on first use.
 
     Times repeat where an event or order coincides with a sample: the first row is before it, the last one after it.
     `at` has other times, each once.
@@ -46,13 +55,35 @@ class Result:
 
     t: NDArray[np.float64]
     signals: dict[str, Signal]
-    stages: list[StageSpan]
-    peaks: dict[str, Peak]
-    events: list[RecordedEvent]
-    notes: list[tuple[float, str]]
-    unfinished: str = ""
+    unfinished: str
+    _found: Callable[[], Course]
     _run: Played | None = None
     _again: Again | None = None
+
+    @cached_property
+    def course(self) -> Course:
+        """Stages, peaks, events and notes of the run."""
+        return self._found()
+
+    @property
+    def stages(self) -> list[StageSpan]:
+        """The stages of the action list in their order."""
+        return self.course.stages
+
+    @property
+    def peaks(self) -> dict[str, Peak]:
+        """The largest tension [N] of each rope, with its time [s]."""
+        return self.course.peaks
+
+    @property
+    def events(self) -> list[RecordedEvent]:
+        """The events of the run in their total order."""
+        return self.course.events
+
+    @property
+    def notes(self) -> list[tuple[float, str]]:
+        """The notes of the kernel, with times [s]."""
+        return self.course.notes
 
     @cached_property
     def verdict(self) -> RecordedVerdict | None:
@@ -61,7 +92,7 @@ class Result:
 
     @cached_property
     def digest(self) -> str:
-        """The digest of the run, equal to that of a recorded run; "" for a run of a bare kernel system."""
+        """The digest of the run, the same as in its recording; "" for a run of a bare kernel system."""
         return self._run.digest if self._run else ""
 
     def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> "Result":
@@ -88,7 +119,8 @@ class Result:
         return replace(self, t=t, signals=signals)
 
     def __getstate__(self) -> dict[str, object]:
-        return {**vars(self), "verdict": self.verdict, "digest": self.digest, "_run": None, "_again": None}
+        found = {"course": self.course, "verdict": self.verdict, "digest": self.digest}
+        return {**vars(self), **found, "_found": None, "_run": None, "_again": None}
 
     def __getitem__(self, name: str) -> Signal:
         """The signal of this name, such as "rope/tension"; raises SignalError that lists all names."""

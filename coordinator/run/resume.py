@@ -71,8 +71,11 @@ class Beginning:
     def left(
         cls, part: Path, left: RecordedRun, instead: str = "`heavylift recover` keeps what there is"
     ) -> "Beginning":
-        """Return the readable part of a run from its recovered recording; `instead`: advice for the error message if
-        the run cannot be repeated."""
+        """Return the readable part of a cut-off run from its recovered recording; raises RecordingError if it cannot be
+        repeated.
+
+        `instead`: advice for this error.
+        """
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
         if "model" in left.recording.run:
@@ -95,7 +98,7 @@ class Beginning:
 
 
 def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
-    """Return the recorded scene as it was simulated, with its measured errors, and the plan that its text gives today.
+    """Return the recorded scene with its plan as simulated, and the plan that the present version makes of its text.
 
     The plan is replaced by an error if the text gives none, for example because files are missing.
     """

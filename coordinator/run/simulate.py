@@ -17,9 +17,9 @@ from typing import Any, overload
 import msgspec
 import numpy as np
 from heavylift.coordinator.ladder.choosing import chosen
-from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.coordinator.live.command_queue import TimedCommand
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
+from heavylift.coordinator.record.in_memory import Played, play
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, SceneError, SignalError
 from heavylift.kernel.islands import choice
@@ -42,7 +42,7 @@ from numpy.typing import NDArray
 
 from .arguments import DENSEST, PERIOD, Order, patterns, time_s, timed
 from .control import Control, steering
-from .result import Result, StageSpan
+from .result import Course, Result, StageSpan
 
 Command = Callable[[CommandTarget], object]  # what is done with the simulation
 
@@ -86,7 +86,7 @@ def simulate(
     keep: Sequence[str] = ("*",),
     **options: Any,
 ) -> Result:
-    """Simulate a scene (loaded, its path or name) to its end or `until` [s], or a system of the kernel `until` [s].
+    """Simulate a scene (object, path or name) to its end or to `until` [s], or a system of the kernel to `until` [s].
 
     Samples are taken every `every` [s]; default: as the scene says, for a system a thousandth of the run. `orders`:
     (time [s], order): for a scene in an operator's words, "crane H1: hoist 1 m/min by 1 m"; for a system a function of
@@ -114,7 +114,7 @@ def _of_scene(
     scene: LoadedScene, until: float | None, every: float | None, orders: Sequence[Order[str]], keep: Sequence[str]
 ) -> Result:
     changed = {**({"end": until} if until is not None else {}), **({"samples_hz": 1.0 / every} if every else {})}
-    plan, given = msgspec.structs.replace(scene.plan, **changed), list[TimedCommand]()
+    plan, given = msgspec.structs.replace(scene.plan, **changed) if changed else scene.plan, list[TimedCommand]()
     words: dict[int, str] = {}
     for t, text in orders:
         t_ns = max(seconds(t), max(words, default=-1) + 1)
@@ -142,14 +142,16 @@ def _of_scene(
 def result_of(
     run: Played, keep: Sequence[str] = ("*",), again: Callable[[list[int]], dict[str, Signal]] | None = None
 ) -> Result:
-    """Return the result of a finished run of a scene; `again` repeats the run to obtain values at other instants
-    [ns]."""
+    """Return the result of a finished run of a scene; `again` computes signals at other times [ns] by repeating the
+    run."""
     signals = _signals(run.t, run.rows, run.layout.channels, keep)
+    return Result(run.t, signals, run.unfinished, lambda: _course(run), run, again)
+
+
+def _course(run: Played) -> Course:
     stages = [(t, name) for t, _, name in run.conduct.stages]
     ends = [t for t, _ in stages[1:]] + [_end(run)]
-    return Result(
-        run.t,
-        signals,
+    return Course(
         [StageSpan(name, t, end) for (t, name), end in zip(stages, ends, strict=True)] if stages else [],
         run.peaks,
         [
@@ -157,9 +159,6 @@ def result_of(
             for e in run.events
         ],
         [(t / 1e9, text) for t, text in run.notes],
-        run.unfinished,
-        run,
-        again,
     )
 
 
@@ -216,7 +215,7 @@ def _of_system(
             peaks[name] = Peak(float(most.values[k, i]), float(when.values[k, i]))
     events = [RecordedEvent(t, 0, e.name, e.what, 0, type(e.value).__name__, e.value) for t, e in s.log]
     notes = [(note.t_ns / 1e9, note.sentence) for note in s.notes]
-    return Result(times, _kept(signals, keep), [], peaks, events, notes, _again=again)
+    return Result(times, _kept(signals, keep), "", lambda: Course([], peaks, events, notes), _again=again)
 
 
 def _signals(

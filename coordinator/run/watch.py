@@ -18,7 +18,7 @@ class RunObserver:
         """Receive the simulation time [ns] up to which all samples have arrived."""
 
     def waiting(self) -> None:
-        """Called repeatedly while no node answers after all possible grants were sent."""
+        """Called repeatedly while the coordinator waits for the answers of nodes."""
 
     def say(self, sentence: str) -> None:
         """Receive a sentence to show to the user."""
@@ -26,7 +26,7 @@ class RunObserver:
 
 
 class Relay(RunObserver):
-    """Observer that forwards everything that it does not handle itself to `_watch`."""
+    """Observer that forwards events, times and sentences to another observer; subclasses handle some themselves."""
 
     _watch: RunObserver
 

@@ -36,8 +36,7 @@ KEEP_GRANTS = 64  # and at least so many grants
 
 
 class Succession(Hub):
-    """Hub that replaces lost processes with new ones that repeat the messages so far; `deadline` [s]: see
-    `DEADLINE_s`."""
+    """Hub that replaces each lost process by a new one, to which it repeats all earlier messages of the run."""
 
     def __init__(
         self,
@@ -163,7 +162,7 @@ class Succession(Hub):
             self.keep(node, m.encode(m.Checkpoint(0)))
 
     def keep(self, node: str, request: bytes) -> None:
-        """Request a checkpoint from an idle node, if it can give one."""
+        """Request a checkpoint from a node if the node is ready and supports checkpoints."""
         life = self._lives[node]
         if life.ready and life.keeps and not life.over:
             life.grants, life.kept_at = 0, time.monotonic()
@@ -208,7 +207,7 @@ class Succession(Hub):
             life.losses.clear()
 
     def on_loss(self, process: str, how: str) -> None:
-        """Replace a lost process; raises ProtocolError if it was lost too often at this point."""
+        """Replace a lost process; raises ProtocolError after too many losses without progress of its nodes."""
         nodes = self.placement.hosted[process]
         lives = [life for node in nodes if not (life := self._lives[node]).over]
         if not lives:

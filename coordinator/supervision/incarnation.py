@@ -52,7 +52,7 @@ class ReplayLog:
         self.open = False
 
     def kept(self, checkpoint: bytes) -> None:
-        """Replace all earlier messages in the log by a checkpoint of the node."""
+        """Shorten the log: a checkpoint of the node replaces all messages before it."""
         rest = [_entry(self.answer, self.last)] if self.open else []
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
@@ -104,7 +104,7 @@ class Life:
     kept_at: float = field(default_factory=time.monotonic)
 
     def begin_again(self) -> None:
-        """Reset the state for a new process, whose samples begin after the checkpoint."""
+        """Reset the node's state for a replacement process, whose samples begin after the last checkpoint."""
         self.ready, self.repeated, self.asked, self.batch = False, False, b"", self.kept_batch
 
     def outdated(self, answer: bytes) -> bool:
@@ -123,8 +123,10 @@ class Life:
 
 
 def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) -> ModelError:
-    """Return the error for models whose node answered a message differently in its replay; `before`, `now`: both
-    answers; `last`: the last logical time."""
+    """Return the error for a node that answered a message differently when the message was repeated to its new process.
+
+    `before`, `now`: both answers; `last`: last logical time.
+    """
     old, new = m.decode(before), m.decode(now)
     if isinstance(new, m.Fail):
         what = f"it failed where the lost process had continued ({new.sentence})"

@@ -50,8 +50,8 @@ def state(pid: int) -> str:
 
 
 def ended(child: subprocess.Popen[bytes]) -> int | None:
-    """Return the exit code of a child process, -N after signal N; None while it runs. The child stays a zombie where
-    possible."""
+    """Return the exit code of a child process, -N after signal N, if possible without reaping it; None while it
+    runs."""
     if not hasattr(os, "waitid"):
         return child.poll()
     try:
@@ -80,7 +80,7 @@ NOTICE_s = 2.0
 
 
 class Crew(Protocol):
-    """Interface to the processes on this machine that supervision needs."""
+    """Interface to the processes on this machine, for their supervision."""
 
     def pid(self, process: str) -> int | None:
         """Return the process id of the process with this name."""
@@ -89,7 +89,7 @@ class Crew(Protocol):
         """Return the state letter of a process: T for stopped, t for held by a debugger; "" if it is not visible."""
 
     def place(self, process: str) -> str:
-        """Return the place in the code where a process is, if known."""
+        """Return the line of code at which a process is, as text; "" if unknown."""
 
 
 @dataclass
@@ -113,8 +113,9 @@ class StallDetector:
         self._debts: dict[str, _Debt] = {}
 
     def lost(self, process: str, since: float, now: float) -> str | None:
-        """Decide whether a process that owes an answer since `since` [monotonic s] is lost: return how, "" if it is
-        not, None if it is too early to decide."""
+        """Return why a process counts as lost; "" if it does not, None if undecided.
+
+        `since`: time [monotonic s] since which it owes an answer."""
         debt = self._debts.get(process)
         if debt is None or debt.since != since:
             debt = self._debts[process] = _Debt(since, since)

@@ -26,12 +26,12 @@ def cores() -> int:
 
 
 def submits(executor: object) -> bool:
-    """Return whether an object runs calls like an executor of concurrent.futures; executors of submitit do not."""
+    """Return whether an object has the method `submit` of executors, like those of concurrent.futures."""
     return callable(getattr(executor, "submit", None))
 
 
 def finished(futures: Collection[Future[Any]], patience: float) -> Collection[Future[Any]]:
-    """Wait up to `patience` [s] and return the completed futures; futures of other libraries are polled."""
+    """Wait up to `patience` [s] for at least one future, and return those completed."""
     if all(isinstance(future, Future) for future in futures):
         return wait(futures, timeout=patience, return_when=FIRST_COMPLETED).done
     if not (done := [future for future in futures if future.done()]):

@@ -39,7 +39,7 @@ REMOVE_s = 1.0  # in which a directory that somebody still writes to can be dele
 
 
 def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) -> None:
-    """Run the process manager: carry out the coordinator's orders to start and kill processes until no more arrive.
+    """Run the process manager, which starts and kills node processes by order of the coordinator, until the orders end.
 
     `fresh`: start a new interpreter for each node.
     """
@@ -54,7 +54,7 @@ def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) ->
 
 
 def wake_as_an_orphan() -> None:
-    """Make the system continue this process, in case it is stopped, when its parent dies (Linux)."""
+    """Ask Linux to continue this process when its parent dies, since a stopped process could not end by itself."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGCONT))
 
@@ -131,7 +131,7 @@ class _Keeper:
             os.write(self.reports, json.dumps(what).encode() + b"\n")
 
     def become(self, order: dict[str, Any]) -> NoReturn:
-        """Turn the forked child into the node: own output files, and its ticket as standard input."""
+        """Turn the forked child process into a node process, with output files of its own and the ticket as input."""
         try:
             wake_as_an_orphan()
             signal.set_wakeup_fd(-1)
@@ -172,8 +172,7 @@ def name_process(node: str) -> None:
 
 
 def python(function: str, *arguments: object) -> list[str]:
-    """Return the command line that starts a new interpreter with this one's module path and calls a function of this
-    file."""
+    """Return the command line of a new interpreter, with this one's module path, that calls a function of this file."""
     call = f"from {__name__} import {function}; {function}{arguments!r}"
     return [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
 

@@ -126,7 +126,8 @@ class Processes(AbstractContextManager["Processes"]):
 
     @property
     def owed_since(self) -> float | None:
-        """Time [monotonic s] since which the process manager has owed an answer; None if it owes none."""
+        """Time [monotonic s] of the oldest order that the process manager has not yet confirmed; None if there is
+        none."""
         with self._change:
             return self._owed[0] if self._owed and not self._lost else None
 
@@ -146,8 +147,9 @@ class Processes(AbstractContextManager["Processes"]):
             return self._lost
 
     def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
-        """Kill a process and wait until it is gone, calling `look` while the process manager has not yet obeyed; may
-        call `give_up`."""
+        """Kill a process and wait until it is gone.
+
+        `look` is called while waiting for the process manager, and may call `give_up`."""
         self._order(do="signal", signal=int(signal.SIGKILL), name=process)
         while not self._loss() and self.owed_since is not None:
             look()

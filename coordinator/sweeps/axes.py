@@ -65,7 +65,7 @@ class Axis:
         return f"{self.path} [{unit}]" if unit else self.path
 
     def quantile(self, p: float) -> tuple[str, float]:
-        """Return the value at quantile `p` of the distribution, as text and as the number shown in figures."""
+        """Return the value at quantile `p` of the axis, as text for a setting and as a number for figures."""
         if self.uncertain is not None:
             one = self.uncertain
             x = (one.value + _standard(one, p) * one.sd) / one.factor
@@ -82,7 +82,7 @@ class Axis:
         return self.numbers[i] if self.numbers else float(i)
 
     def setting(self, text: str) -> list[str]:
-        """Return the `--set` options that give this axis a value, written as text."""
+        """Return the `--set` options that give the axis this value."""
         if self.uncertain is not None:
             return settings([self.uncertain], [text])
         if self.motion is not None:
@@ -157,7 +157,7 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
     if values.startswith("{") and values.endswith("}"):
         texts = tuple(dict.fromkeys(part for each in _parts(values[1:-1]) if (part := each.strip())))
         if not texts:
-            raise SceneError(f"--vary '{text}': the braces are empty")
+            raise SceneError(f"--vary '{text}': the braces are empty; write values, such as {{1, 2}}")
         return Axis(path, texts, unit=_unit(texts), first=first, motion=motion)
     found = range_of(values)
     if found is None:

@@ -26,7 +26,7 @@ HARMLESS = {("builtins", "bytes")}  # what dask says of the type of a row
 
 
 class Unpickled(AttributeError):
-    """Raised when pickled code is refused; a subclass of AttributeError, which dask handles like its own errors."""
+    """Raised when a worker's answer contains pickled code, which is never loaded."""
 
 
 class _Guard:

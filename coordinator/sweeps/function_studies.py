@@ -78,8 +78,10 @@ def _read(answer: bytes) -> dict[str, float]:
 
 
 def responses_of(given: Sequence[str]) -> dict[str, str]:
-    """Return references of functions by name from texts NAME=REFERENCE, such as "sway=own.py:sway"; raises
-    HeavyliftError for one that does not exist."""
+    """Read texts NAME=REFERENCE, such as "sway=own.py:sway"; return the reference of each function by name.
+
+    Raises HeavyliftError for a function that does not exist.
+    """
     found = dict[str, str]()
     for text in given:
         name, _, reference = text.partition("=")

@@ -60,12 +60,12 @@ class FoundLimit:
 
     @property
     def most(self) -> Row:
-        """The results of the run at the last green value."""
+        """Row of results of the run at the last green value."""
         return {} if self.green is None else self.runs.get(self.green, {})
 
     @property
     def half(self) -> float | None:
-        """Half-width of the uncertainty of the limit, in the unit of the varied number; None if unknown."""
+        """Half-width of the found limit's uncertainty, in the unit of the varied number; None if unknown."""
         if self.bar is None or self.green is None or self.red is None:
             return None
         name = f"use/{self.runs[self.red]['limit']}"
@@ -114,8 +114,7 @@ class FoundLimit:
 
 
 def reason(row: Row) -> str:
-    """Return why a run is red or refused: the first sentence of its message, without the place; its status if there is
-    no sentence."""
+    """Return why a run is red or refused: the first sentence of its message, or else its status."""
     text = str(row.get("verdict") or row["sentence"])
     first = next((line for line in text.splitlines() if line), str(row["status"]))
     return first_sentence(first.partition("; worst: ")[2] or first)

@@ -18,7 +18,8 @@ from heavylift.nodes.scene.text.spelling import NUMBER
 from heavylift.nodes.scene.text.units import ACCELERATION, ANGULAR_ACCELERATION, RATE, SPEED, Dimension
 
 NOUNS = {"hoist": ("hoist", "lower"), "trolley": ("traverse",), "gantry": ("travel",)}
-VERBS_OF = {verb.name: (verb.name,) for verb in VERBS.values() if verb.becomes in ("move", "turn")} | NOUNS
+MOVING = (verb for verb in VERBS.values() if verb.becomes in ("move", "turn") and verb.units != "pulling")
+VERBS_OF = {verb.name: (verb.name,) for verb in MOVING} | NOUNS
 WORDS: dict[str, Literal["speed", "accel"]] = {
     "speed": "speed", "rate": "speed", "accel": "accel", "acceleration": "accel", "ramp": "accel"
 }  # fmt: skip
@@ -38,7 +39,7 @@ class MotionOrder:
 
 @dataclass(frozen=True)
 class MotionGroup:
-    """Moves of one kind: name, orders, whether their speed or their acceleration is varied, and its dimension."""
+    """All moves of one kind in a scene, such as hoisting, whose speed or acceleration a search varies together."""
 
     name: str
     orders: tuple[MotionOrder, ...]
@@ -56,8 +57,8 @@ class MotionGroup:
         return max(order.number for order in self.orders) / float(self.dimension.units[self.unit])
 
     def setting(self, text: str) -> list[str]:
-        """Return settings that scale all moves of the group so that the largest speed or acceleration is this value;
-        raises SceneError."""
+        """Return the settings that give the fastest move of the group this value and scale the others alike; raises
+        SceneError."""
         try:
             part = self.dimension.read(text) / max(order.number for order in self.orders)
         except ValueError as error:

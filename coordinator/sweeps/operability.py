@@ -25,8 +25,9 @@ HEADS = columns("Tp [s] .1", "passes up to Hs [m] .2", "occurrences .0", "of the
 
 @dataclass(frozen=True)
 class ScatterTable:
-    """Occurrences of sea states, indexed by [height][period]; upper ends of classes of Hs [m] and periods Tp [s] are in
-    ascending order."""
+    """Occurrences of sea states by class of significant wave height Hs [m] and peak period Tp [s].
+
+    `heights`, `periods`: upper ends of the classes, ascending; `counts`: indexed by [height][period]."""
 
     heights: tuple[float, ...]
     periods: tuple[float, ...]
@@ -91,12 +92,12 @@ def operability_sheet(
 
 
 def sea_of(scene: LoadedScene, name: str) -> str:
-    """Return the name of the sea to vary, or of the only one; raises SceneError."""
+    """Return the name of the sea to vary, which need not be given if the scene has only one; raises SceneError."""
     seas = scene.scene.waves.seas if scene.scene.waves else {}
     name = name.removeprefix("waves.seas.") or (next(iter(seas)) if len(seas) == 1 else "")
     if name not in seas:
-        known = ", ".join(f"waves.seas.{x}" for x in seas) or "the scene has none"
-        raise SceneError(f"--scatter: name the sea that takes the heights and periods with --of: {known}")
+        known = ", ".join(f"waves.seas.{x}" for x in seas) or "none in this scene"
+        raise SceneError(f"--scatter: give --of with the sea whose height and period are varied; seas: {known}")
     return name
 
 

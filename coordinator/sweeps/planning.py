@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 from heavylift.coordinator.ladder.choosing import answered, chosen
-from heavylift.coordinator.ladder.in_memory import CUT, Played, play
+from heavylift.coordinator.record.in_memory import CUT, Played, play
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
@@ -79,8 +79,7 @@ class _Search:
     # ---- along the path at rest -----------------------------------------------------------------------------
 
     def at_rest(self) -> str:
-        """Shorten each stage as far as checks and static limits on the equilibrium path allow; return why the unchanged
-        scene is refused, or ""."""
+        """Shorten each stage as far as the static checks allow; return why the unchanged scene fails them, or ""."""
         self.best = self.outlook(self.parts)
         if self.best.why:
             return self.best.why
@@ -127,7 +126,7 @@ class _Search:
         return low, green, why
 
     def outlook(self, parts: Mapping[TimingStep, float]) -> _Outlook:
-        """Check the scene along its equilibrium path, without a run, with these changes applied in part or in full."""
+        """Check the equilibrium path of the scene with each timing change applied to its given fraction."""
         try:
             scene = self.variant(parts)
         except HeavyliftError as error:
@@ -140,12 +139,12 @@ class _Search:
         return _Outlook(scene, begins, begins[last] if last < len(begins) else scene.statics.states[-1].t)
 
     def variant(self, parts: Mapping[TimingStep, float]) -> LoadedScene:
-        """Return the scene with these changes of its timing applied in part or in full, at the same model level."""
+        """Return the scene with each timing change applied to its given fraction, at the present model level."""
         found, answer = parse(self.written(parts), str(self.scene.path), passing=True), self.scene.answer
         return answered(found, answer) if answer else found
 
     def written(self, parts: Mapping[TimingStep, float]) -> str:
-        """Return the scene's text with these changes of its timing applied in part or in full."""
+        """Return the text of the scene with each timing change applied to its given fraction."""
         source, texts = read(self.text, str(self.scene.path)), dict[Path, str]()
         for step, part in parts.items():
             for path in step.paths if part else ():

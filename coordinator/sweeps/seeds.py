@@ -59,7 +59,7 @@ class SeedsVerdict:
 
     @property
     def row(self) -> Row:
-        """The verdict over the seeds as the row of a study; such a row has no digest."""
+        """The verdict over all seeds as a row of a study, without a digest."""
         state = self.state
         row: Row = {"status": "red" if state == "red" else "done", "sentence": "", "state": state}
         row |= {"verdict": line_of(self.checks), "use": float("nan"), "limit": ""}
@@ -101,14 +101,14 @@ class SeaRuns:
     pool: Executor
 
     def row(self, settings: Sequence[str]) -> Row:
-        """Return the verdict over the seeds as a row of the study, or the row of the first run that failed."""
+        """Run the scene for all seeds; return the verdict as a row of the study, or the row of the first failed run."""
         runs = over_seeds(Task.of(self.scene, self.limit_s, "none", True), settings, self.seeds, self.pool)
         bad = [run.row for run in runs if run.row["status"] not in ("done", "red")]
         return bad[0] if bad else verdict_of_seeds(self.scene, self.seeds, runs).row
 
 
 def over_seeds(task: Task, settings: Sequence[str], seeds: Sequence[int], pool: Executor) -> list[SeedRun]:
-    """Run a scene with further settings once for each seed, and return the results."""
+    """Run a scene with additional settings once for each random seed, and return the results."""
     work = [Variant(i, (*settings, f"seed={seed}"), ()) for i, seed in enumerate(seeds)]
     futures = [pool.submit(seed_run, task, variant) for variant in work]
     return [msgspec.msgpack.decode(x.result(), type=SeedRun) for x in futures]

@@ -34,7 +34,7 @@ INPUT = "input/"  # before the name of a column: what was varied
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """Definition of a study: scene, axes, variants, number of draws and design (0 draws: full grid), seed."""
+    """Definition of a study: scene, axes, variants, sampling design with number of draws (0: full grid), and seed."""
 
     scene: LoadedScene
     axes: Sequence[Axis]
@@ -148,7 +148,7 @@ class Study(AbstractContextManager["Study"]):
         return found
 
     def join(self) -> None:
-        """Write all rows of the study to one file."""
+        """Merge the files of rows in the study's folder into one file."""
         from pyarrow import Table, parquet
 
         with writing(self.path / ROWS):

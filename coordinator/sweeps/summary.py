@@ -54,7 +54,7 @@ def drawn(design: str, count: int, axes: int, seed: int) -> Floats:
 
 
 def base_rows(design: str, count: int, axes: int) -> Floats:
-    """Return a mask (count,) of those rows of a sample in which all inputs were drawn independently."""
+    """Return which rows of a sample (count,) are independent draws; a Sobol design also contains dependent ones."""
     independent = np.ones(count, bool)
     if design == "sobol":
         block = np.arange(count) % (axes + 2)
@@ -63,8 +63,8 @@ def base_rows(design: str, count: int, axes: int) -> Floats:
 
 
 def indices(design: str, axes: Sequence[str], quantiles: Floats, result: Floats, seed: int) -> list[Index]:
-    """Return the sensitivity indices of all axes, sorted by decreasing total index; empty if a value is missing or all
-    values are equal."""
+    """Return the sensitivity indices of a result, largest total index first; empty if the result is constant or
+    incomplete."""
     if (
         len(result) < FEWEST[design]
         or not np.isfinite(result).all()
@@ -110,7 +110,7 @@ def result_label(name: str) -> str:
 
 @dataclass(frozen=True)
 class Chance:
-    """Statistics of one limit over the variants of a study.
+    """Statistics of the utilisation of one limit over the variants of a study.
 
     Number of checked variants, mean and maximum utilisation, number and fraction of variants beyond the limit, and for
     independent draws the 95 % interval of this fraction.

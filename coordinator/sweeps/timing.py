@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from heavylift.coordinator.ladder.in_memory import Played
+from heavylift.coordinator.record.in_memory import Played
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.parts.messages import Done
@@ -54,15 +54,15 @@ class TimingStep:
 
     @property
     def halved(self) -> bool:
-        """Whether a part of the change can be tried if the whole change turns the verdict red."""
+        """Whether a fraction of the change may be tried if the whole change turns the verdict red."""
         return self.kind == "overlap" or not self.why
 
     def value(self, part: float) -> float:
-        """Return the speed factor, or for an overlap the time [s], after the fraction `part` of the change."""
+        """Return the speed factor, or the overlap time [s], with the fraction `part` of this change applied."""
         return self.most if part >= 1.0 else self.now + (self.most - self.now) * part
 
     def text(self, before: str, part: float) -> str:
-        """Return the scene text that replaces the text `before` after the fraction `part` of the change."""
+        """Return the text of a value with the fraction `part` of this change applied; `before`: its present text."""
         x = self.value(part)
         if self.kind == "overlap":
             return f"after {x:.1f} s"
@@ -108,8 +108,8 @@ def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
 
 
 def ramps(scene: LoadedScene) -> Iterator[TimingStep]:
-    """Yield changes that give travel and traverse swing-free ramps: two pulses of the crane's acceleration, or one
-    swing period."""
+    """Yield changes of travel and traverse moves to swing-free ramps: with two acceleration pulses, or one swing period
+    long."""
     for i, action in enumerate(scene.scene.actions):
         along = [(t, p) for t, p in action.orders.items() if VERBS[p.verb].along]
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and VERBS[o.verb].along]
@@ -246,7 +246,7 @@ class FoundTiming:
 
 
 def last_wait(actions: Sequence[Action]) -> int:
-    """Return the index at which the waits at the end of an action list begin; its length if it ends with none."""
+    """Return the index of the first of the waits that end an action list; without such waits, the number of actions."""
     n = len(actions)
     while n and all(isinstance(order, Wait) for order in actions[n - 1].orders):
         n -= 1

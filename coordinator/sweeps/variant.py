@@ -19,10 +19,10 @@ from typing import Any, Literal
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.ladder.in_memory import CUT, Judged, Played, play
 from heavylift.coordinator.ladder.looking import as_it_is, errors_of_limits
 from heavylift.coordinator.ladder.measuring import Measuring
 from heavylift.coordinator.ladder.model_levels import ModelLevel
+from heavylift.coordinator.record.in_memory import CUT, Judged, Played, play
 from heavylift.coordinator.run.simulate import result_of
 from heavylift.coordinator.verdict.limits import signals_of_run
 from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
@@ -126,7 +126,7 @@ def _fits(name: str, x: object) -> bool:
 
 
 def first_sentence(text: str) -> str:
-    """Return the first sentence of an error, without its place and without repetitions."""
+    """Return the first sentence of an error message, without its place in the scene and the list of further cases."""
     first = text.splitlines()[0]
     return re.sub(r"^(.*?error: )?(actions\[[^:]*: )?", "", first).partition("; likewise")[0]
 

@@ -60,7 +60,7 @@ def hanging(scene: LoadedScene) -> "list[CoupledPair]":
 
 
 def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadder:
-    """Return the measured trade-off with the costs of running the scene in several processes added."""
+    """Return the trade-off of a scene with the measured costs of running it in several processes added."""
     scene = chosen(scene)
     rows = distributed(scene)
     forces = [held(pair, h, rows[0].simulated_s) for pair in hanging(scene) for h in EXCHANGES]
@@ -68,8 +68,7 @@ def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadde
 
 
 def distributed(scene: LoadedScene) -> list[Distributed]:
-    """Run a scene in one process, in several, and in one per node, with full and with reduced output; return the
-    costs."""
+    """Measure the cost of running a scene in one process, two processes and one per node, also with fewer samples."""
     plan, nodes = scene.plan, node_names(scene.plan)
     apart = Placement.apart(nodes)
     rows: list[tuple[str, str, Plan, Placement | None]] = [

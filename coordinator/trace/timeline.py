@@ -38,7 +38,8 @@ class GrantSpan(NamedTuple):
 
 
 class HeldTime(NamedTuple):
-    """An interval of wall time [ns] in which a node waited because the node `by` might still send it an event."""
+    """Interval of wall time [ns] in which a node could not be granted time because of possible events from node
+    `by`."""
 
     begin: int
     end: int
@@ -109,7 +110,7 @@ class Timeline:
 
     @property
     def alone(self) -> int:
-        """Wall time [ns] in which no node had a grant and the coordinator decided or recorded."""
+        """Wall time [ns] in which no node had a grant, so that only the coordinator worked."""
         free, reached = 0, 0
         for grant in sorted(grant for lane in self.lanes.values() for grant in lane.grants):
             free += max(0, grant.begin - reached)

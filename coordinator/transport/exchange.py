@@ -53,7 +53,7 @@ class Exchange:
         self._publishers[node].put(self._writers[node].frame(payload))
 
     def keep(self, node: str, request: bytes) -> None:
-        """Request a checkpoint from a node; the checkpoint arrives like any other message of the node."""
+        """Request a checkpoint from a node; the answer arrives through `receive` like any other message."""
         Exchange.send(self, node, request)
 
     def _arrived(self, sample: zenoh.Sample) -> None:
@@ -152,8 +152,7 @@ class _Shown:
 
 
 class LocalHub(Exchange):
-    """Hub of a run in one process: connects the coordinator with its nodes by one thread and one session, without a
-    network end point.
+    """Hub of a run in one process, which exchanges messages with its nodes in one thread, without a network.
 
     Each message is sent through Zenoh and queued by a synchronous callback; `receive` passes the queued messages to the
     nodes' handlers, in the order in which they were sent, until a node answers.
@@ -181,8 +180,8 @@ class LocalHub(Exchange):
             super().send(node, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """Let nodes work until one sends a message and return (node, message); return None if no node can send one in
-        time."""
+        """Let nodes work until one sends a message and return (node, message); None if none can and a `timeout` is
+        given."""
         while not self._inbox:
             if self._ready:
                 self._links[self._ready.popleft()].dispatch()

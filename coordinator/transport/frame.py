@@ -45,7 +45,7 @@ _FIXED = _START.size + _IDENTITY.size
 
 
 class FrameTopic(IntEnum):
-    """Direction and use of a message; the lower-case name is the last chunk of its key."""
+    """Direction and use of a message; its lower-case name ends the Zenoh key of the topic."""
 
     IN = 0  # coordinator -> node
     OUT = 1  # node -> coordinator
@@ -59,7 +59,7 @@ def _identity(run: str, node: str, topic: FrameTopic, epoch: int) -> bytes:
 
 
 class Writer:
-    """Frames the messages of one node on one topic and numbers them from 0."""
+    """Writes the messages of one node on one topic as frames, numbered from 0."""
 
     def __init__(self, run: str, node: str, topic: FrameTopic, epoch: int) -> None:
         self._identity = _identity(run, node, topic, epoch)
@@ -81,7 +81,7 @@ class FrameReader:
         self._next = 0
 
     def open(self, data: bytes) -> bytes:
-        """Check the next frame and return its payload."""
+        """Check the header and checksum of the next frame, and return its payload."""
         head = self._next.to_bytes(8, "little") + self._identity
         payload = data[4 + len(head) :]
         if not data.startswith(head, 4) or crc32(payload, crc32(head)) != int.from_bytes(data[:4], "little"):
@@ -90,7 +90,7 @@ class FrameReader:
         return payload
 
     def outdated(self, data: bytes) -> bool:
-        """Return whether a refused message is an undamaged one from an earlier process of the node."""
+        """Return whether a rejected frame is intact and was sent by an earlier process of the node."""
         at, end = _START.size + len(MAGIC) + 1, _START.size + len(self._identity)  # of the epoch; of the identity
         if len(data) < end or crc32(data[4:]) != int.from_bytes(data[:4], "little"):
             return False
@@ -182,7 +182,7 @@ class RunDirectory:
 
     @classmethod
     def chosen(cls) -> Self:
-        """Return a run directory with a new unique path, which `make` creates."""
+        """Return a run directory with a new unique path; it is not created yet."""
         for place in places():
             path = Path(place) / f"{PREFIX}{secrets.token_hex(4)}"
             if len(os.fsencode(path / "hub.sock")) < SOCKET_PATH_LIMIT and os.access(place, os.W_OK | os.X_OK):

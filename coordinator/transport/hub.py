@@ -43,7 +43,7 @@ class RemoteGate(Protocol):
 
 
 class RemoteAddress(ListenAddress, Protocol):
-    """Interface of a listener for processes on other hosts, with the gate that decides which of them may join."""
+    """Interface of a listener for processes on other hosts: its address, and the gate that admits them."""
 
     @property
     def seen_from_afar(self) -> str: ...
@@ -105,8 +105,8 @@ class Hub(Exchange):
         return Ticket(self.run, process, nodes, epoch, self.directory.socket, self._passwords.get(process, ""))
 
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
-        """Admit processes on other hosts to a run of the scene with this fingerprint; `say` reports how to start
-        processes, and which have joined."""
+        """Admit processes on other hosts to a run of the scene with this fingerprint; `say` receives sentences for the
+        user."""
         if self._listener is not None:
             self._gate = self._listener.gate(self, self._session, scene, say)
             for process in sorted(self.placement.remote):
@@ -206,7 +206,7 @@ class Hub(Exchange):
                 self.on_join(process)
 
     def on_join(self, process: str) -> None:
-        """Handle that a process has joined; does nothing here, subclasses override it."""
+        """Called when a process has joined; for subclasses to override."""
 
     def on_loss(self, process: str, how: str) -> None:
         """Handle the loss of a process; raises ProtocolError, since this hub cannot replace it."""
@@ -217,7 +217,7 @@ class Hub(Exchange):
         return ProtocolError(f"{self.loss(process, 'gone')}: {how}; start the run again")
 
     def loss(self, process: str, what: str) -> str:
-        """Return the beginning of an error sentence that names the nodes that were lost or replaced, and when."""
+        """Return the start of an error sentence about a process: its nodes, what happened to them, and when."""
         host = self._gate.hosts.get(process, "") if self._gate else ""
         at = self.when()
         return f"{self.placement.described(process, host)} {what}{' at ' + at if at else ''}"

@@ -46,7 +46,7 @@ class _Sender:
 
     @property
     def heard(self) -> bool:
-        """Whether the coordinator subscribes to both topics of the node."""
+        """Whether the coordinator already subscribes to the node's messages and samples."""
         return matched(self._out) and matched(self._samples)
 
     def send(self, payload: bytes) -> None:
@@ -164,12 +164,12 @@ class LocalLink(_Sender):
         self._ready.append(self.node)
 
     def serve(self, handler: Callable[[bytes], None]) -> None:
-        """Set the function to which `receive` of the hub passes each message to this node; its exceptions propagate to
-        the caller."""
+        """Set the function that handles the messages to this node; exceptions that it raises reach the caller of the
+        hub."""
         self._handler = handler
 
     def dispatch(self) -> bool:
-        """Pass one pending message to the function set by `serve`; return False if there is none."""
+        """Handle one message that waits for this node; return False if there is none."""
         if self._handler is None or not self._pending:
             return False
         self._handler(self.receive())

@@ -31,8 +31,10 @@ class News(NamedTuple):
 
 
 class LivenessMonitor:
-    """Monitor of a run's processes; `wake` interrupts the receiving thread; `connected`: returns whether a process is
-    connected."""
+    """Monitor that detects which processes of a run have joined, left or died.
+
+    `wake` interrupts the receiving thread; `connected` returns whether a process is connected.
+    """
 
     def __init__(self, processes: Iterable[str], wake: Callable[[], None], connected: Callable[[str], bool]) -> None:
         self.epochs = dict.fromkeys(processes, FIRST_EPOCH)
@@ -95,7 +97,7 @@ class LivenessMonitor:
         self._excused.update(processes)
 
     def lost(self, process: str) -> bool:
-        """Return whether the process that now has this name is lost or may have left."""
+        """Return whether the present process of this name was reported lost or has been allowed to leave."""
         return process in self._excused or (process, self.epochs[process]) in self._reported
 
     def renew(self, process: str) -> None:

@@ -33,13 +33,13 @@ class Placement:
 
     @classmethod
     def apart(cls, models: Iterable[str]) -> "Placement":
-        """Return a placement with a process for each model, of the same name."""
+        """Return the placement in which each model has a process of its own, with the model's name."""
         return cls({model: (model,) for model in models})
 
     @classmethod
     def spread(cls, models: Sequence[str], count: int) -> "Placement":
-        """Return a placement that distributes the models in order over `count` processes, one of several for the kernel
-        alone."""
+        """Return a placement of the models, in order, in `count` processes; of two or more, one runs only the
+        kernel."""
         count = min(count, len(models))
         if count == len(models):
             return cls.apart(models)
@@ -51,8 +51,7 @@ class Placement:
 
     @classmethod
     def of(cls, models: Sequence[str], hosts: Mapping[str, str]) -> "Placement":
-        """Return the placement that `hosts` states, model -> process; every other model has a process with its own
-        name."""
+        """Return the placement that runs each model in its process in `hosts`, or else in one with the model's name."""
         found: dict[str, tuple[str, ...]] = {}
         for model in models:
             process = hosts.get(model, model)
@@ -93,8 +92,8 @@ class Placement:
         return {node: process for process, nodes in self.hosted.items() for node in nodes}
 
     def described(self, process: str, host: str = "") -> str:
-        """Return the subject of a sentence about a process, such as "node west is" or "nodes a, b (process yard)
-        are"."""
+        """Return the subject and verb of a sentence about a process, such as "node west is" or "nodes a, b (process
+        yard) are"."""
         nodes, at = self.processes[process], f" on host {host}" if host else ""
         if nodes == (process,):
             return f"node {process}{at} is"

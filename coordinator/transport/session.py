@@ -24,8 +24,7 @@ from .frame import AFAR, HUB, JOIN, OBSERVER, OPERATOR, WIRE, RunDirectory, key
 
 
 def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, object]:
-    """Return the access rules of a run: each process writes and receives the keys of its nodes; observers receive
-    events; everything else is denied.
+    """Return Zenoh's access rules for a run: processes use only the keys of their nodes, observers only read events.
 
     A process on this host is identified by its password, one on another host by the name in its certificate; the holder
     of any certificate of the yard may ask whether it may join, and may join under the name in the certificate.
@@ -180,7 +179,8 @@ def remote_session(listener: ListenAddress) -> zenoh.Session:
 
 
 def observer_config(directory: Path, run: str) -> dict[str, object]:
-    """Return Zenoh's settings for observers of the run in this directory, and the keys that they may read."""
+    """Return Zenoh's settings with which an observer connects to the run in this directory, and the keys to subscribe
+    to."""
     keys = [key(run, topic, "**") for topic in ("event", "sample")]
     return {
         "metadata": {"heavylift": {"run": run, "wire": WIRE, "keys": keys}},

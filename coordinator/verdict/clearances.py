@@ -42,8 +42,8 @@ def clearances(
     mechanics: System | None = None,
     meant: Meant = (),
 ) -> list[Clearance]:
-    """Return the clearances of a run that are below their limits, smallest first; if these are few, also the smallest
-    other ones.
+    """Return the clearances of a run, smallest first: all that are below their limits, and at least the `smallest`
+    first ones.
 
     `landing`: intervals [s] in which an order to land is carried out; `mechanics`: those of the plan, if known;
     `meant`: allowed contacts with their times.
@@ -87,8 +87,7 @@ def lift_of(plan: Plan, thing: str) -> str:
 
 
 def limit_between(plan: Plan) -> Kept:
-    """Return a function that gives the required clearance [m] between two named parts, the larger of those of their
-    lifts."""
+    """Return a function that gives the required clearance [m] between named parts: the largest limit of their lifts."""
     limits = {x.subject: x.value for x in reversed(plan.limits) if x.quantity == "clearance" and x.value is not None}
     own = {x.name: limits[x.name] for x in plan.lists if x.name in limits}
     most = max(own.values(), default=next(reversed(limits.values()), LIMIT))
@@ -129,8 +128,8 @@ def _finding(c: Clearance, more: str) -> Check:
 
 
 def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
-    """Yield consecutive parts of a run without samples at equal times, each with the first and the last sample to
-    search.
+    """Yield consecutive parts of a run, each with its first and last sample to search; samples at equal times are left
+    out.
 
     Up to two more samples at either end serve to compute accelerations.
     """
@@ -176,8 +175,11 @@ class _Things:
         self.rigid: list[bool] = []
 
     def pairs(self, shapes: list[Moving], now: frozenset[int]) -> tuple[list[tuple[int, int]], list[int]]:
-        """Return the pairs of shapes that can meet, and for each the number of the pair of named parts; `now`: allowed
-        contacts."""
+        """Return the pairs of shapes to search, as pairs of indices, and for each the number of its pair of named
+        parts.
+
+        `now`: numbers of the contacts allowed at this time.
+        """
         pairs: list[tuple[int, int]] = []
         groups: list[int] = []
         alike = [self._kinds.setdefault(_alike(s), len(self._kinds)) for s in shapes]
@@ -218,7 +220,7 @@ class _Things:
         return found
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
-        """Return the names of the two parts in a pair of shapes, the more mobile one first."""
+        """Return the names of the parts to which two shapes belong, the more mobile part first."""
         one, two = sorted((a, b), key=self._order)
         return one.shape.thing, two.shape.thing
 

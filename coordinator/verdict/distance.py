@@ -34,8 +34,8 @@ class Placed(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Result of a distance computation at m poses: distances (m,) [m], negative for penetration; nearest or deepest
-    points; unit vectors from a to b (m, 3)."""
+    """Distances of shapes a and b at m poses (m,) [m], negative for penetration; nearest points; unit vectors from a to
+    b (m, 3)."""
 
     distance: Floats
     a: Floats
@@ -50,8 +50,8 @@ def bounds(a: Placed, b: Placed) -> Floats:
 
 
 def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats:
-    """Return lower bounds (m,) [m] of the distance between two shapes that move straight between two poses, without the
-    effect of rotation.
+    """Return lower bounds (m,) [m] of the distance of two shapes that translate between two poses, ignoring their
+    rotation.
 
     Seen from a shape that does not turn, the gap along a fixed direction is concave in time while the other shape moves
     straight, so it is least at an end; the caller adds the effect of turning.
@@ -143,7 +143,7 @@ def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
 
 
 def exactly(a: Placed, b: Placed) -> Near:
-    """Return the exact distances [m] and nearest points of two shapes at m poses.
+    """Return distances [m], nearest points and directions of two shapes at m poses, exact to rounding.
 
     Of overlapping shapes, the points are those that touch last when the shapes are moved apart.
     """

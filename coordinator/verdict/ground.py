@@ -75,7 +75,7 @@ class GroundSurvey:
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans, meant: Meant = ()) -> None:
-        """Compute when blocks may be near the ground, after `survey` of all parts of the run.
+        """Find the times at which blocks are meant to be near the ground, once `survey` has read the whole run.
 
         `landing`: intervals [s] of orders to land; `meant`: allowed contacts.
         """
@@ -89,7 +89,7 @@ class GroundSurvey:
     def look(
         self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
     ) -> Iterator[tuple[GroundClearance, bool]]:
-        """Yield ground clearances in one part of a run, each with a flag: True if only penetration is checked.
+        """Yield the ground clearances in one part of a run, each with a flag: true if only penetration counts.
 
         Each is smaller than `bar` [m] and all earlier ones.
         """

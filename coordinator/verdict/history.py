@@ -75,7 +75,7 @@ class History:
         return self.of(np.arange(first, min(end, len(self.t))))
 
     def of(self, kept: NDArray[np.intp]) -> "History":
-        """Return the history at a selection of the samples."""
+        """Return the history reduced to the samples with these indices."""
         if len(kept) == len(self.t):
             return self
         columns = self.poses, self.tensions, self.lengths, self.speeds, self.bent, self.borne, self.places
@@ -179,8 +179,7 @@ def history_of(rec: Recording) -> Collector:
 
 
 def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, Sequence[StaticState]]]:
-    """Yield the equilibrium path of each action list as a history with its states; ropes end at the lugs to which they
-    are hooked."""
+    """Yield the equilibrium path of each action list as a history, with each sling drawn to its present lug."""
     known, ends = plan.machines, [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
     lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}
     for first, end in pairwise([0, *ends, len(states)]):

@@ -27,7 +27,7 @@ LONGEST = 64  # samples in a stretch
 
 
 class Coarse:
-    """Bounds of moving shapes over long intervals of samples from `starts` to `ends`, inclusive.
+    """Bounding boxes of moving shapes over long intervals of samples, from `starts` to `ends`, inclusive.
 
     `centre` and half edges `reach` of the box at the middle sample (shapes, m, 3) [m]; `moved`: largest motion of
     points relative to the common horizontal motion (shapes, m) [m]; `there`: whether the shape exists.
@@ -230,7 +230,7 @@ class Steps:
     group: Indices
 
     def sharpen(self, found: Minimum | None) -> None:
-        """Tighten the lower bounds of the distances, using the gaps along the directions of a known minimum."""
+        """Raise the lower bounds of the distances by the separating directions of a distance found before."""
         if found is not None and len(self.least):
             raised = bounds_along(self.ends_a, self.ends_b, *found.directions) - self.turning - self.stray
             np.maximum(self.least, raised, out=self.least)
@@ -248,8 +248,7 @@ def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
 
 
 def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
-    """Return the pairs of shapes between the first sample of each interval and the next; a shape must exist at the
-    first."""
+    """Return the first time step of each interval, for those pairs of shapes that exist at its start."""
     now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
     k, after = now.first, np.minimum(now.first + 1, n - 1)
     ends_a, ends_b = ((all_.placed(x, k), all_.placed(x, after)) for x in (now.a, now.b))
@@ -259,7 +258,8 @@ def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
 
 
 def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: float) -> Minimum:
-    """Return the smallest distance of two shapes between consecutive samples, exact if it is below `bar` [m]."""
+    """Return the smallest distance of two shapes between consecutive samples; it is exact only if it is below `bar`
+    [m]."""
     if k + 1 >= len(a.t):
         return seen([(a, b, k)])[0]
     best: Minimum | None = None
@@ -277,8 +277,8 @@ def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: flo
 
 
 def seen(pairs: Sequence[tuple[Moving, Moving, int]], s: float = 0.0, stray: float = 0.0) -> list[Minimum]:
-    """Return the distances [m] of pairs of shapes interpolated between two samples, reduced by the interpolation
-    error."""
+    """Return the distances [m] of pairs of shapes at a fraction `s` of a time step, reduced by the interpolation error
+    `stray`."""
     x, y = _posed([(a, k) for a, _, k in pairs], s), _posed([(b, k) for _, b, k in pairs], s)
     near = exactly(x, y)
     n = near.normal

@@ -116,8 +116,8 @@ def _clearances(context: CheckContext) -> None:
 
 
 def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
-    """Return findings for the clearances below their limits on the equilibrium path; if there are none, return the
-    smallest clearances."""
+    """Return findings for too small clearances on the equilibrium path; if there are none, the smallest clearance for
+    each limit."""
     each = [*at_rest(plan, statics)]
     if found := findings(_placed(x, one.conduct) for one in each for x in one.findings):
         return found

@@ -94,8 +94,7 @@ def impacts(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch] = ()) -> d
 
 
 def touches(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch] = ()) -> dict[str, tuple[float, float]]:
-    """Return, by name, the largest landing speed of each block and hoisting speed at its lift-off [m/s], with times
-    [s]."""
+    """Return the largest landing speed and lift-off hoisting speed [m/s] of each block, by name, with times [s]."""
     found: dict[str, tuple[float, float]] = {}
     for block, part, i, touched, _ in _arrivals(plan, past):
         speeds = _sinking(plan, part, touched, i) if touched else _wound(plan, block, part, i)

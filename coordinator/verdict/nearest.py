@@ -32,7 +32,7 @@ class NearestSoFar:
         self._least = np.zeros(0)
 
     def groups(self, most: Floats) -> None:
-        """Set the bound [m] of each group of shape pairs, known or new, to `most` (groups,)."""
+        """Set for each group of shape pairs the largest distance of interest `most` (groups,) [m]."""
         self._most, self.free = most, np.flatnonzero(np.isinf(most))
         self.found += [None] * (len(most) - len(self.found))
         self._least = np.append(self._least, np.full(len(most) - len(self._least), np.inf))
@@ -44,8 +44,8 @@ class NearestSoFar:
         return int(np.isfinite(self._least).sum())
 
     def take(self) -> list[Minimum | None]:
-        """Return the smallest distance that was found for each group since the last call, None if there was none; the
-        bounds stay."""
+        """Return the smallest distance found for each group since the last call, or None; the search goes on with its
+        bounds."""
         found, self.found = self.found, [None] * len(self.found)
         return found
 
@@ -56,7 +56,8 @@ class NearestSoFar:
             self.message = self._tell()
 
     def bars(self) -> Floats:
-        """Return for each group (groups,) the bound [m] below which an interval is still searched."""
+        """Return for each group (groups,) the bound [m] below which an interval can still contain a distance of
+        interest."""
         found: Floats = np.minimum(np.minimum(self._most, self.message), self._least - SHARP)
         return found
 
@@ -67,17 +68,16 @@ class NearestSoFar:
         return max(float(last), self._limit)
 
     def open(self, now: Stretches) -> Stretches:
-        """Return the intervals in which a distance smaller than the known ones is still possible."""
+        """Return those intervals whose lower bounds allow a distance that is smaller than the known ones."""
         return now.of(now.least < self.bars()[now.group])
 
     def bar(self, group: int) -> float:
-        """Return the bound [m] below which an interval of one group is still searched."""
+        """Return the bound [m] below which an interval of this group can still contain a distance of interest."""
         return min(float(self._most[group]), self.message, float(self._least[group]) - SHARP)
 
 
 def search(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
-    """Search intervals of pairs of moving shapes, `start`, for smaller distances than those in `known`, and add the
-    distances found to `known`."""
+    """Search intervals of pairs of moving shapes for distances smaller than those in `known`, and add these to it."""
     if known.smallest and len(start.a):
         _begin(shapes, start, known)
     now = known.open(start)

@@ -31,7 +31,7 @@ CORNERS = np.array([*product((-1.0, 1.0), repeat=3)])
 
 @dataclass(frozen=True)
 class RigidTouch:
-    """The instant [s] at which a block touched a rigid thing or left it."""
+    """The instant [s] at which a block touched or left another body or obstacle in rigid contact."""
 
     block: str
     other: str
@@ -43,12 +43,12 @@ class RigidTouch:
 
     @property
     def below(self) -> bool:
-        """Whether the thing is below the block, so that it can bear it."""
+        """Whether the other body is below the block and can carry it."""
         return self.up > BELOW
 
 
 def touches_of(plan: Plan, past: RunHistory, reported: Reported) -> Iterator[RigidTouch]:
-    """Yield each instant at which a block touched a rigid thing or left it, except bounces and loads that land on the
+    """Yield each instant at which a rigid contact of a block closed or opened, except bounces and loads landing on the
     block."""
     cargo = {cargo.body for machine in plan.machines for cargo in machine.cargo}
     known = {c.name: c for machine in plan.machines for c in machine.system.contacts}
@@ -73,7 +73,7 @@ def touches_of(plan: Plan, past: RunHistory, reported: Reported) -> Iterator[Rig
 
 
 def pressing(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """Return the largest force [N] with which blocks press on each rigid thing, with the time [s]."""
+    """Return, for each rigid obstacle, the largest force [N] with which blocks press on it, and the time [s]."""
     cargo = {cargo.body for machine in plan.machines for cargo in machine.cargo}
     names: dict[str, list[str]] = {}
     for c in (c for machine in plan.machines for c in machine.system.contacts):
@@ -158,8 +158,8 @@ def _before(part: History, i: int, x: Floats, body: str, joints: Mapping[str, st
 
 
 def velocity(part: History, body: str, joint: str, at: Floats, i: int) -> Floats | None:
-    """Return the velocity (3,) [m/s] at sample i of the point of a body that is at a place (3,) then, from the speeds
-    of its free joint; None if these are not recorded."""
+    """Return the velocity (3,) [m/s] of a body at a point (3,) and sample i, from the speeds of its free joint; None if
+    unrecorded."""
     names = [f"{joint}.{column}" for group in FREE for column in group]
     if not {*names} <= {*part.speeds} or body not in part.poses:
         return None

@@ -50,8 +50,8 @@ def product(R: Floats, S: Floats) -> Floats:
 
 
 def chords(a: Floats, b: Floats) -> Floats:
-    """Return an upper bound (...,) [m] of how far a point 1 m from the axis moves between two rotations given as
-    quaternions (..., 4)."""
+    """Return the chord length (...,) of a point at unit distance from the axis when it rotates from one quaternion
+    (..., 4) to another."""
     w = dots(a, b)
     found: Floats = 2.0 * np.sqrt(np.maximum(0.0, 1.0 - w * w))
     return found
@@ -83,7 +83,7 @@ def onto(n: Floats) -> Floats:
 
 
 def axes_onto(x: float, y: float, z: float) -> Floats:
-    """Return the rotation (3, 3) that `onto` gives for one unit vector; bit-identical, and ten times as fast."""
+    """Return the rotation (3, 3) whose third column is this unit vector; same bits as `onto`, but ten times as fast."""
     sign = 1.0 if z >= 0.0 else -1.0
     a = -1.0 / (sign + z)
     b = x * y * a
@@ -106,8 +106,8 @@ class BodyPoses(Protocol):
 
 
 def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
-    """Return the velocities [m/s, rad/s] of all bodies whose joints, up to the world, are free, sliding, hinged, fixed
-    or locked."""
+    """Return linear and angular velocities [m/s, rad/s] of bodies that only free, sliding, hinged, fixed or locked
+    joints connect to the world."""
     if not speeds:
         return {}
     still = np.zeros_like(next(iter(frames.values())).p)
@@ -137,7 +137,8 @@ def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Map
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
-    """Return upper bounds (n - 1,) of a body's deviation from straight motion between samples, from its velocities.
+    """Return upper bounds (n - 1,) of the deviations of origin [m] and orientation from straight motion, from
+    velocities.
 
     Displacement of its origin [m], and of a point per metre of its distance from the origin.
     """

@@ -84,8 +84,8 @@ class ShapeBatch:
         return Placed(self.centre(which, k), R, half, self._radius[i])
 
     def moved(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """Return an upper bound [m] of the distance by which points of the shapes `a` move relative to the shapes `b`
-        from sample r to sample k."""
+        """Return upper bounds (m,) [m] of the motion of shapes `a` relative to shapes `b` from samples r to samples
+        k."""
         apart = self.centre(a, k) - self.centre(b, k) - (self.centre(a, r) - self.centre(b, r))
         distance = lengths(apart)
         for which in (a, b):
@@ -99,8 +99,8 @@ class ShapeBatch:
         return found
 
     def turning(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """Return an upper bound (m,) [m] of the deviation from straight relative motion due to rotation between two
-        samples.
+        """Return upper bounds (m,) [m] of the deviation of relative motion from a straight line, due to rotation
+        between samples.
 
         It is h^2 / 8 times the accelerations w^2 y and 2 w v.
         """

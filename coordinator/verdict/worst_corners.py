@@ -18,8 +18,7 @@ ROOM = Path(__file__).parents[2]  # of the product
 
 
 def with_worst_clearances(scene: LoadedScene) -> LoadedScene:
-    """Return the scene with a clearance limit added for each pair of parts that come closer at extreme values of
-    uncertain inputs."""
+    """Return the scene with a clearance limit added for each pair of parts that extreme input values bring closer."""
     limits = [x for x in scene.plan.limits if x.quantity == "clearance"]
     if not scene.facts.uncertain or not limits or any(x.inputs for x in limits) or not scene.lifts:
         return scene

@@ -26,7 +26,7 @@ Keys: TypeAlias = tuple[str | int, ...]
 
 
 def version_of(text: str) -> str:
-    """Return the version of a text, which is a hash of it."""
+    """Return a hash of a text, by which the workbench recognises that a file has changed."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -53,7 +53,7 @@ def reordered(text: str, path: Sequence[str | int], to: int) -> str:
     *above, at = keys = tuple(path)
     nodes, known = _found(text, keys)
     if known < len(keys) or not isinstance(nodes[-2], SequenceNode) or not isinstance(at, int):
-        raise SceneError(f"{shown(keys)}: is not an item of a list")
+        raise SceneError(f"{shown(keys)}: this is not an item of a list, so it has no order")
     items, before = nodes[-2].value, _data(text)
     if nodes[-2].flow_style or not 0 <= to < len(items):
         raise SceneError(f"{shown(keys)}: this list can be reordered only in the text")

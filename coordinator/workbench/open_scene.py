@@ -97,7 +97,7 @@ class OpenScene:
             self._listeners.discard(ring)
 
     def since(self, number: int) -> list[PageMessage]:
-        """Return the messages that a page has missed since a serial number: the last one of each kind, in order."""
+        """Return the latest message of each kind with a serial number above this one, for a page that reconnects."""
         with self._lock:
             return sorted(x for x in self._messages.values() if x.number > number)
 
@@ -117,8 +117,7 @@ class OpenScene:
             ring()
 
     def drawings(self, number: int, k: int) -> list[dict[str, str]] | None:
-        """Return the drawings of one state `k` of the picture with this number; None if that picture is no longer
-        shown."""
+        """Return the drawings of state `k` of the lift; None if the picture with this number is outdated."""
         with self._lock:
             found = self.picture
         if found is None or found[0] != number or not 0 <= k < len(found[1].states):
@@ -169,7 +168,7 @@ class OpenScene:
         return {"text": text, "version": version_of(text), "number": number}
 
     def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> dict[str, Any]:
-        """Change values of the scene, all or none, if it still has this version; return the same as `save`.
+        """Apply edits to the scene, all or none, if its file still has this version; return the result of `save`.
 
         If the value is an integer, the list item at the path is moved to this index.
         """

@@ -30,7 +30,7 @@ ROOM = 100.0, 58.0  # [mm] of a drawing: letters of 2.2 mm are legible in a quar
 
 
 class Picture:
-    """The states of a lift from start to end, as pages draw them in 3D and as drawings."""
+    """The static states of a lift from start to end, as shown in 3D and as drawings by the pages."""
 
     def __init__(self, plan: Plan, states: Sequence[StaticState]) -> None:
         self.plan, self.states = plan, states
@@ -61,7 +61,7 @@ class Picture:
         return RopeLines(self._systems, bent=False).resting(ends)
 
     def content(self) -> dict[str, object]:
-        """Return all states of the plan as content of the 3D page, with the number of a state in place of its time."""
+        """Return all states of the lift as data for the 3D page, in which the state's number replaces the time."""
         channels, rows, end = list[SampleChannel](), list[Floats](), 0
         for topic, names, unit, values in self._columns():
             channels.append(SampleChannel(topic, names, unit, end, end := end + len(names)))

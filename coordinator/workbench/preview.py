@@ -33,7 +33,7 @@ Data = dict[str, Any]
 
 
 class Step(NamedTuple):
-    """One step of a preview: the message for pages, and the states to draw, if they are new."""
+    """Progress of a preview: a message for the pages, and the states to draw if there are new ones."""
 
     kind: str  # "picture", "faults", "checks"
     data: Data
@@ -41,7 +41,7 @@ class Step(NamedTuple):
 
 
 def previewed(path: Path, text: str) -> Iterator[Step]:
-    """Yield the steps of a scene's preview: parsed, drawn, equilibrium path, checks; faults become messages."""
+    """Preview a scene without a run: yield its start, its equilibrium path, its checks, and any faults."""
     try:
         first = build(path, path.name, text, (), followed=False)
         grips = handles(text, first.plan)

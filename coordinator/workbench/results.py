@@ -73,8 +73,7 @@ def studies(folder: Path) -> list[str]:
 
 
 def played(folder: Path, name: str, other: str = "") -> dict[str, Any]:
-    """Return a recording with its verdict as data for the player on the page; for two recordings also the tables that
-    compare both."""
+    """Return one recording with its verdict for the 3D player of the page, or two with the tables that compare them."""
     rec, verdict = _recorded(folder, name)
     found: dict[str, Any] = {"run": {}, "checks": None, "differences": []}
     beside = None
@@ -108,8 +107,8 @@ def compared(folder: Path, a: str, b: str) -> str:
 
 
 def keep(folder: Path, name: str) -> dict[str, list[str]]:
-    """Write the report and drawings of a recording into the folder; return their names, and a sentence for each that
-    could not be written."""
+    """Write report and drawings of a recording into the folder; return the file names, and a sentence for each
+    failure."""
     rec, verdict = _recorded(folder, name)
     stem = rec.path.with_suffix("")
     made, refused = list[str](), list[str]()
@@ -125,8 +124,8 @@ def keep(folder: Path, name: str) -> dict[str, list[str]]:
 
 
 def kept(folder: Path, name: str) -> tuple[bytes, str]:
-    """Return a report, a drawing or the page of a study from the folder, with its media type; raises SceneError if
-    there is none."""
+    """Return content and media type of a report, drawing or study page in the folder; raises SceneError if there is
+    none."""
     path = _inside(folder, name)
     study = path.name == STUDY or path.name.endswith(LIMITS)
     if not path.is_file() or not (study or path.suffix in KEPT):

@@ -97,14 +97,14 @@ class Edit(msgspec.Struct):
 
 
 class Edits(msgspec.Struct):
-    """Request for several changes of this version, to be made together or not at all."""
+    """Request for several changes of one version of the scene, of which all or none are made."""
 
     edits: list[Edit]
     version: str
 
 
 class Asked(msgspec.Struct):
-    """Request for a run, a search or an order to the run in progress, see `OpenScene.ask`."""
+    """Request of a page to start a run or search, or to give an order to the run in progress."""
 
     do: str
     text: str = ""
@@ -284,15 +284,14 @@ class _WorkbenchServer(uvicorn.Server):
         self._opened = opened
 
     def handle_exit(self, sig: int, frame: Any) -> None:
-        """On an exit signal, end the event streams to the pages, then the server."""
+        """Handle an exit signal: close the event streams of the pages, then let the server exit."""
         self._opened.__exit__()
         super().handle_exit(sig, frame)
 
 
 @contextmanager
 def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[], None], uvicorn.Server]]:
-    """Start a server for an open scene; return its address, a function that serves until it is asked to exit, and the
-    server."""
+    """Yield the address of a server for an open scene, a function that runs the server until exit, and the server."""
     word = secrets.token_urlsafe(24)
     with socket.create_server((HOST, 0)) as listening, OpenScene(folder, scene) as opened:
         port = listening.getsockname()[1]
@@ -311,7 +310,7 @@ def workbench(place: str, ready: Callable[[str], object]) -> None:
     if not folder.is_dir():
         scene = scene_file(place).resolve()
         if not scene.is_file():
-            raise SceneError(f"there is neither a folder nor a scene '{place}'")
+            raise SceneError(f"there is neither a folder nor a scene '{place}'; check the name")
         folder = Path() if scene in bundled().values() else scene.parent
     with served(folder, scene) as (url, run, _):
         ready(url)

@@ -66,8 +66,8 @@ def compared(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[
 
 
 def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[LiftOrder, Lift]:
-    """Return lifts with stage durations and wind limits interpolated in a table of simulated runs, and with verdicts
-    from statics."""
+    """Return lifts with verdicts from statics, and with durations and wind limits interpolated between simulated
+    runs."""
     if not orders:
         return {}
     one = orders[0]
@@ -105,13 +105,13 @@ def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[Li
 
 
 def stated(differences: Sequence[float]) -> float:
-    """Return the relative error of lift durations: twice their largest difference to simulated runs, plus the error of
-    these runs."""
+    """Return the stated relative error of computed durations: twice their largest difference to simulations, plus that
+    of simulations (`ACCURATE`)."""
     return 2.0 * max(differences, default=0.0) + ACCURATE
 
 
 def interpolated(axes: Sequence[Any], grid: Any, at: Sequence[float]) -> list[float]:
-    """Return the values of a table (n1, n2, ..., m) at a point, interpolated linearly along each axis."""
+    """Interpolate a table (n1, n2, ..., m) linearly along each axis; return the m values at a point."""
     for axis, x in zip(axes, at, strict=True):
         n = min(max(int(np.searchsorted(axis, x)) - 1, 0), len(axis) - 2)
         part = (x - float(axis[n])) / float(axis[n + 1] - axis[n])
@@ -128,8 +128,10 @@ def _at(order: LiftOrder, node: Sequence[str]) -> LiftOrder:
 
 
 def ran(order: LiftOrder, wind: float = -1.0) -> Lift:
-    """Simulate a lift in a wind [m/s] (-1: the wind of its scene) and return it with its duration, verdict and wind
-    limit."""
+    """Simulate a lift and return it with duration, verdict and wind limit.
+
+    `wind`: wind speed [m/s]; -1 for the wind that the scene states.
+    """
     at = at_rest(order)
     settings = (*order.settings, *([f"wind.speed={wind!r} m/s"] if wind >= 0 else []))
     try:
@@ -154,7 +156,7 @@ def _simulated(order: LiftOrder, wind: float) -> Lift:
 
 
 def in_place(order: LiftOrder, wind: float) -> Lift:
-    """Simulate a lift that begins now in this wind [m/s]; a lift that fails gets its static duration."""
+    """Simulate a lift that begins now in this wind [m/s]; if the run fails, return the statically computed duration."""
     found = _simulated(replace(order, windy=0.0), wind if windy(order.scene) else -1.0)
     return found if found.stages else replace(at_rest(order), state="red", why=found.why)
 

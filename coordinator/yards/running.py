@@ -24,8 +24,7 @@ def run_yard(
     exports: Sequence[Path] = (),
     drawn: bool = False,
 ) -> tuple[Sheet, ModelRun | None]:
-    """Run a yard file once (with a Gantt chart if `drawn`, and its schedule exported) or in replications, and return
-    its results; raises HeavyliftError."""
+    """Run a yard file once or in replications, export its schedule, and return the results; raises HeavyliftError."""
     yard = load_yard(file, settings)
     build = f"heavylift.coordinator.yards.model:yard({str(file)!r}, {[*settings]!r})"
     if replications:

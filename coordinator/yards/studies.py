@@ -41,13 +41,13 @@ class Replicated:
 
     @property
     def state(self) -> str:
-        """State of the yard, which depends on whether contract dates are met with the required probability and all
-        lifts can be carried out."""
+        """Verdict on the yard: whether all lifts can be made and contract dates are met with the required
+        probability."""
         return state_of(self.yard, self.values)
 
     def cells(self) -> list[Cell]:
-        """Return the cells of a table row for these replications: quantiles of delivery, contract dates, main cause of
-        waiting."""
+        """Return cells of a table row for these replications: quantiles of the delivery date, chance of meeting
+        contract dates, main cause of waiting."""
         dates = [at_end(self.yard, quantile(delivery(self.values), part)) for part in PARTS]
         kept = min((100 * x for x in chances(self.yard, self.values).values()), default=None)
         most = max(waits(self.yard, self.values), key=lambda x: x[1], default=("", 0.0))
@@ -82,7 +82,7 @@ class YardStudy:
         return made
 
     def varied(self, vary: Sequence[str]) -> Sheet:
-        """Replicate the yard with all combinations of values that axes `PATH=VALUES` give."""
+        """Replicate the yard for all combinations of values of the axes, each written as `PATH=VALUES`."""
         axes = [axis_of(text) for text in vary]
         variants = [*product(*(texts for _, texts in axes))]
         if not vary or len(variants) > MOST:
@@ -118,8 +118,7 @@ class YardStudy:
         return Sheet(f"{self.file} beside {other}", stated(b.state, lead), b.state, parts)
 
     def planned(self, out: str, effort: float, force: bool) -> Sheet:
-        """Optimise the schedule by CP-SAT, write it, and compare it with the schedule that the yard's own dispatch rule
-        gives."""
+        """Optimise the schedule with CP-SAT, write it to a file, and compare it with the yard's own dispatch rule."""
         yard = load_yard(self.file, self.settings)
         found = optimised(yard, effort)
         spans = [(a / 1e9, b / 1e9, False) for a, b in found.spans]
@@ -134,8 +133,7 @@ class YardStudy:
         return Sheet(f"Schedule of {self.file}", stated("green", lead), "green", (table,))
 
     def sensitivities(self) -> Sheet:
-        """Measure the days gained by one more unit of each resource, and lost by the scatter of each step and the
-        weather."""
+        """Compute the days gained with one more unit of each resource, with expected durations, and without weather."""
         base = self.of()
         yard, rows = base.yard, list[tuple[Cell, ...]]()
         mean = {one.step: one.takes.mean for one in yard.activities}
@@ -155,7 +153,7 @@ class YardStudy:
         return Sheet(f"Sensitivities of {self.file}", stated(base.state, f"most: {rows[0][0]}"), base.state, (table,))
 
     def limit(self, of: str) -> Sheet:
-        """Find how far a number may go in a range such as `PATH=72..40` before contract dates are missed too often."""
+        """Find the last number in a range such as `PATH=72..40` at which contract dates are met often enough."""
         path, _, text = (part.strip() for part in of.partition("="))
         found = range_of(text)
         if found is None:
@@ -184,7 +182,7 @@ class YardStudy:
 
 
 def axis_of(text: str) -> tuple[str, tuple[str, ...]]:
-    """Return the path and the values of `PATH=1..3 by 1` or `PATH={one, another}`."""
+    """Return path and values of an axis written as `PATH=1..3 by 1` or `PATH={one, another}`."""
     path, equals, values = (part.strip() for part in text.partition("="))
     if not (equals and path and values):
         raise SceneError(f"--vary '{text}': write PATH=VALUES, such as 'resources.welders.units=1..3 by 1'")

@@ -25,8 +25,8 @@ def total(x: np.ndarray) -> np.ndarray:
 
 
 def times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Return the product A B of a matrix (n, k) with a matrix (k, m) or a vector (k,), summed column by column of A."""
-    out = np.zeros((len(A), *B.shape[1:]))
+    """Return the product A B of a matrix A (n, k) and a matrix (k, m) or vector (k,) B."""
+    out = np.zeros((len(A), *B.shape[1:]))  # summed column by column of A, for the same bits everywhere
     for k, (first, end) in enumerate(_filled(A)):
         if first < end:
             out[first:end] += (A[first:end, k, None] if B.ndim > 1 else A[first:end, k]) * B[k]
@@ -71,7 +71,7 @@ class LuFactors:
         return X
 
     def half(self) -> np.ndarray:
-        """Return an inverse square root X (n, n) of the factorised positive definite matrix A: X^T A X = 1."""
+        """Return an inverse square root of the factorised positive definite matrix A: X (n, n) with X^T A X = I."""
         X = np.eye(len(self.LU))
         for k in reversed(range(len(X))):
             X[:k] -= self.LU[k, :k, None] * X[k]
@@ -79,8 +79,7 @@ class LuFactors:
 
 
 def factored(A: np.ndarray, least: float = 0.0) -> LuFactors:
-    """Return the L U factors of a matrix (n, n) without pivoting, for positive definite matrices and spline
-    interpolation.
+    """Return the L U factors of a matrix (n, n) without pivoting, as for positive definite and spline matrices.
 
     Raises ZeroDivisionError if a pivot is not larger than `least` times the diagonal element of the original matrix.
     """

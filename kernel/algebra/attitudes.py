@@ -7,10 +7,10 @@ SKEW, ROUNDED = 1e-12, 1e-5  # by which rows of a rotation that was rounded may 
 
 
 def quaternions(R: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Convert matrices (n, 3, 3) to unit quaternions (n, 4), x y z w with w >= 0, via the nearest rotations if they are
-    not orthogonal within tolerance.
+    """Convert rotation matrices (n, 3, 3) to unit quaternions (n, 4): x y z w with w >= 0.
 
-    Shepperd (1978): of four equal quaternions the one without cancellation. Sums have a fixed order, for the same bits.
+    Matrices that are not orthogonal are first replaced by the nearest rotations. Shepperd (1978): of four equal
+    quaternions the one without cancellation. Sums have a fixed order, for the same bits.
     """
     a, b, c, d, e, f, g, h, i = columns = np.array(R.reshape(-1, 9).T, order="C")
     squares = ((a, b, c), (d, e, f), (g, h, i))

@@ -18,7 +18,7 @@ SWEEPS = 60  # far more than any matrix needs
 
 
 def dot(a: Row, b: Row) -> float:
-    """Return the dot product of two vectors: rounded products, summed exactly, rounded once; inf or nan on overflow."""
+    """Return the dot product of two vectors, with an exact sum of the rounded products; inf or nan on overflow."""
     try:
         return fsum(map(mul, a, b))
     except OverflowError:
@@ -44,8 +44,13 @@ def product(A: Matrix, x: Row) -> list[float]:
 
 def solve(A: Matrix, b: Row) -> list[float]:
     """Return x with A x = b, by elimination with partial pivoting; raises ZeroDivisionError for a singular matrix."""
-    n = len(b)
-    M = [[*row, r] for row, r in zip(A, b, strict=True)]
+    return [x for (x,) in solutions(A, [[x] for x in b])]
+
+
+def solutions(A: Matrix, B: Matrix) -> list[list[float]]:
+    """Return X with A X = B for right-hand sides B (n, m), as `solve` does for one."""
+    n, m = len(A), len(B[0]) if B else 0
+    M = [[*row, *r] for row, r in zip(A, B, strict=True)]
     for s in range(n):
         pivot = max(range(s, n), key=lambda r: abs(M[r][s]))
         M[s], M[pivot] = M[pivot], M[s]
@@ -53,17 +58,17 @@ def solve(A: Matrix, b: Row) -> list[float]:
             if M[r][s]:
                 x = M[r][s] / M[s][s]
                 M[r][s:] = [p - x * q for p, q in zip(M[r][s:], M[s][s:], strict=True)]
-    out = [0.0] * n
-    for s in reversed(range(n)):
-        out[s] = (M[s][n] - dot(M[s][s + 1 : n], out[s + 1 :])) / M[s][s]
-    return out
+    columns = [[0.0] * n for _ in range(m)]
+    for k, out in enumerate(columns):
+        for s in reversed(range(n)):
+            out[s] = (M[s][n + k] - dot(M[s][s + 1 : n], out[s + 1 :])) / M[s][s]
+    return [list(row) for row in zip(*columns, strict=True)]
 
 
 def inverse(A: Matrix) -> list[list[float]]:
     """Return the inverse of a square matrix; raises ZeroDivisionError for a singular one."""
     n = len(A)
-    columns = [solve(A, [1.0 if i == j else 0.0 for i in range(n)]) for j in range(n)]
-    return [list(row) for row in zip(*columns, strict=True)]
+    return solutions(A, [[1.0 if i == j else 0.0 for j in range(n)] for i in range(n)])
 
 
 def eigenvalues(A: Matrix) -> list[float]:
@@ -106,7 +111,7 @@ def singular_values(A: Matrix) -> list[float]:
 
 
 def combinations(A: Matrix, least: float) -> list[dict[int, float]]:
-    """Return a basis of the left null space of A; each basis vector maps row numbers to coefficients.
+    """Return a basis of the left null space of A: combinations of rows that sum to zero, as coefficients by row number.
 
     Elimination with complete pivoting keeps zeros, so that locally coupled rows give local vectors; remainders up to
     `least` times the largest element count as zero.

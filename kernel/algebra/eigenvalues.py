@@ -136,8 +136,7 @@ def orthonormal(X: np.ndarray, AX: np.ndarray, least: float = NOTHING) -> tuple[
 
 
 def spline(x: np.ndarray, values: np.ndarray, degree: int, at: np.ndarray) -> np.ndarray:
-    """Evaluate an interpolating spline of odd degree through values (n, m) at ascending x (n,), at the places `at`
-    (k,); returns (k, m)."""
+    """Return the values (k, m) at `at` (k,) of the spline of odd degree that interpolates values (n, m) at x (n,)."""
     ends = (degree + 1) // 2
     knots = np.concatenate([x[:1].repeat(degree + 1), x[ends:-ends], x[-1:].repeat(degree + 1)])
     weights = factored(_splines(knots, degree, x)).solve(values)
@@ -204,12 +203,11 @@ def integral(c: np.ndarray) -> np.ndarray:
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the coefficients (2n - 1, ...) of the product of two Chebyshev series (n, ...): 2 T_i T_j = T_i+j +
-    T_|i-j|."""
+    """Return the coefficients (2n - 1, ...) of the product of two Chebyshev series (n, ...)."""
     n = len(a)
     out = np.zeros((2 * n - 1, *(a[0] * b[0]).shape))
     for i in range(n):
-        half = 0.5 * a[i] * b
+        half = 0.5 * a[i] * b  # 2 T_i T_j = T_i+j + T_|i-j|
         out[i : i + n] += half
         out[: n - i] += half[i:]
         out[1 : i + 1] += half[:i][::-1]

@@ -97,7 +97,7 @@ def _polynomial(c: tuple[float, ...], x: Scalar) -> Scalar:
 
 
 def nearest(x: Scalar) -> Scalar:
-    """Return the integer nearest to x, for |x| up to 2^51; a half is rounded to the even integer."""
+    """Return the integer nearest to x, for |x| up to 2^51; ties are rounded to the even integer."""
     return x + _ROUND - _ROUND
 
 
@@ -128,12 +128,12 @@ def _kernels(y: Scalar, low: Scalar) -> Pair:
 
 
 def sin(x: Scalar) -> Any:
-    """Return the sine of x [rad]; together with the cosine of the same x it costs only a few more operations."""
+    """Return the sine of x [rad]."""
     if printing(x):
         return node("sin", x)
     y, low, m = _reduced(x)
     sine, cosine = _kernels(y, low)
-    even = 1.0 - abs(m)  # 1, 0, -1 for m = 0, +-1, +-2
+    even = 1.0 - abs(m)  # 1, 0, -1 for m = 0, +-1, +-2; traced code computes the rest only once for sine and cosine
     return select(abs(even) > 0.0, even * sine, m * cosine)
 
 

@@ -40,8 +40,10 @@ class Blocks:
         return self._made[name]
 
     def factor(self, n: int) -> Function:
-        """Return the function that factorises a symmetric M (n, n) as L D L^T, reading its upper half: M -> factors C
-        (n, n), pivots (n,) = D."""
+        """Return the function that factorises a symmetric M (n, n) as L D L^T: M -> factors C (n, n), pivots D (n,).
+
+        Only the upper half of M is read.
+        """
 
         def body(M: Array) -> Outputs:
             a = [list(M[n * i : n * i + n]) for i in range(n)]
@@ -77,8 +79,7 @@ class Blocks:
         return self._get(f"block_solve{n}", lambda C, b: {"x": self._solved(n, C, list(b))}, {"C": n * n, "b": n})
 
     def under(self, n: int, m: int) -> Function:
-        """Return the function that solves for m columns with the factors C (n, n) of a matrix: C, U (n, m) -> W (n, m),
-        the inverse of the matrix times U."""
+        """Return the function that solves M W = U with the factors C (n, n) of M: C, U (n, m) -> W (n, m)."""
         return self._get(
             f"block_under{n}_{m}", lambda C, U: {"W": self._solved(n, C, _rows("U", U, m))}, {"C": n * n, "U": n * m}
         )
@@ -163,10 +164,9 @@ class LDLT:
 
 
 def frame(columns: list[Array]) -> tuple[Any, Any]:
-    """Complete m columns (n,) to an orthogonal frame by Householder QR: return Q (n, n) and upper triangular R (m, m),
-    with Q[:, :m] R equal to the columns.
+    """Return the Householder QR factors of m columns (6,): orthogonal Q (6, 6), upper triangular R (m, m).
 
-    The remaining columns of Q span the space orthogonal to all given columns.
+    The first m columns of Q, times R, are the given columns; the remaining ones span the space orthogonal to them.
     """
     n, m = 6, len(columns)
     Q, R = np.eye(n), [[0.0] * m for _ in range(m)]

@@ -13,9 +13,9 @@ from .elementary import cos, sin
 
 
 def exact(x: "Scalars | Sequence[Sequence[float]]") -> Array:
-    """Return an array converted to Python floats, whose products are summed in a fixed order; products of NumPy floats
-    use BLAS, which differs between processors."""
-    return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
+    """Return an array with its numbers as Python floats, so that products and sums are equal on all processors."""
+    # products of NumPy floats use BLAS, which differs between processors
+    return np.asarray(x, dtype=float).astype(object)
 
 
 def join(*parts: Scalars) -> Array:
@@ -31,8 +31,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def mirror(A: Array) -> Array:
-    """Return a square matrix made exactly symmetric by copying its upper triangle to the lower one; in traced code this
-    computes each entry only once."""
+    """Return a square matrix with its upper triangle copied to the lower one, so that it is exactly symmetric."""
     n = len(A)
     return np.array([[A[min(i, j), max(i, j)] for j in range(n)] for i in range(n)])
 
@@ -48,8 +47,10 @@ def force_cross(V: Array) -> Array:
 
 
 def axis_rotation(a: Array, q: Scalar) -> Array:
-    """Return the rotation matrix (3, 3) by q [rad] about the unit axis a; for a coordinate axis it reduces to entries
-    sin q, cos q, 0 and 1."""
+    """Return the rotation matrix (3, 3) by q [rad] about the unit axis a.
+
+    For a coordinate axis, its entries reduce to sin q, cos q, 0 and 1.
+    """
     c, s, K = cos(q), sin(q), skew(a)
     return np.array([[a[i] * a[j] + c * ((i == j) - a[i] * a[j]) + s * K[i, j] for j in range(3)] for i in range(3)])
 
@@ -67,8 +68,7 @@ def quaternion_matrix(x: Scalar, y: Scalar, z: Scalar, w: Scalar) -> Array:
 
 
 def quaternion_rate(quaternion: Array, o: Array) -> Array:
-    """Return the time derivative (4,) of the quaternion (x y z w) of a body with angular velocity o [rad/s] in its
-    axes."""
+    """Return the rate (4,) of a body's quaternion (x y z w); o: angular velocity in body axes [rad/s]."""
     x, y, z, w = quaternion
     return 0.5 * np.array(
         [
@@ -81,7 +81,7 @@ def quaternion_rate(quaternion: Array, o: Array) -> Array:
 
 
 def spatial_inertia(mass: Scalar, c: Array, I_C: Array) -> Array:
-    """Return the spatial inertia (6, 6) about the common point; c [m]: centre of mass relative to that point, I_C:
-    inertia about the centre of mass."""
+    """Return the spatial inertia (6, 6) of a body about a point, from its centre of mass c [m] relative to this point,
+    and its inertia I_C about c."""
     h = skew(mass * c)
     return np.block([[mirror(I_C - h @ skew(c)), h], [-h, mass * np.eye(3)]])

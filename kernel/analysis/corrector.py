@@ -33,8 +33,7 @@ class Corrector:
         self.renew(simulation.state[: simulation.program.nq].copy())
 
     def renew(self, q: np.ndarray) -> None:
-        """Restart the prediction of equilibria at pose q (nq,) with a new stiffness, after commands or state
-        changes."""
+        """Restart the prediction of equilibria at pose q (nq,) with a new stiffness, after commands or switching."""
         if self._program is not self._simulation.program:
             self._program = self._simulation.program
             self.poses = Poses(self._simulation)
@@ -63,10 +62,10 @@ class Corrector:
         self.poses.factorise(K, LONG, self.poses.basis(q))
 
     def predicted(self, q0: np.ndarray, P0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float]:
-        """Predict the equilibrium `dt` [ns] after the one at q0 by tangent and curvature of the path, then correct it.
+        """Return the equilibrium `dt` [ns] after the one at q0: predicted by tangent and curvature, then corrected.
 
-        Returns the equilibrium (None if there is none nearby) and its distance from the prediction. P0: parameters at
-        q0; the simulation already has the parameters at the end of the step.
+        Also returns its distance from the prediction; the equilibrium is None if there is none nearby. P0: parameters
+        at q0; the simulation already has the parameters at the end of the step.
         """
         poses, P = self.poses, self._simulation.P
         q, P1 = self.place(q0), P.copy()
@@ -98,7 +97,7 @@ class Corrector:
         return found, bend
 
     def corrected(self, q: np.ndarray) -> np.ndarray | None:
-        """Return the equilibrium near a pose with all discrete states unchanged; None if there is none."""
+        """Return the equilibrium near a pose q (nq,) with frozen discrete states; None if Newton's method fails."""
         poses, last, fresh, stalled = self.poses, inf, 0, 0
         before = inf
         for _ in range(NEWTON):

@@ -34,15 +34,18 @@ if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
 
 RUBS = ("rub", "brake")  # kinds of guards that watch dry friction
+SLIDING = {
+    "rub": (SupportAt.CLOSED, SupportAt.STICK, SupportAt.KT),
+    "brake": (BrakeAt.ENGAGED, BrakeAt.STICK, BrakeAt.K),
+}
 SETTLED = 20  # rounds of switching at one pose after which laws contradict each other
 OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed"}
 
 
 def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
-    """Switch the force laws whose guards (event functions) are negative at pose q (nq,), until none is; return the
-    changes.
+    """Switch the force laws whose guards (event functions) are negative at pose q (nq,); return the changes.
 
-    If `thresholds`, switch armed thresholds of signals, too.
+    Repeated until no guard is negative. If `thresholds`, switch armed thresholds of signals, too.
     """
     simulation = poses.simulation
     guards = simulation.program.guards
@@ -82,25 +85,30 @@ def release(simulation: Simulation) -> float:
 
     Return the longest slide of a pad [m]; each slide is taken to be straight, in its final direction.
     """
-    slid = 0.0
-    program, row = simulation.program, simulation.row()
+    slid, row = 0.0, None
+    program = simulation.program
     for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):
-        shown, p = program.shown(law, row), simulation.P[program.parameters.at[law.law.kind, law.name]]
-        if kind == "rub" and p[SupportAt.CLOSED] > 0.0 and p[SupportAt.STICK] <= 0.0 and p[SupportAt.KT] > 0.0:
+        p = simulation.P[program.parameters.at[law.law.kind, law.name]]
+        acts, sticks, stiff = SLIDING[kind]
+        if not (p[acts] > 0.0 and p[sticks] <= 0.0 and p[stiff] > 0.0):
+            continue
+        row = row or simulation.row()
+        shown = program.shown(law, row)
+        if kind == "rub":
             place, limit = shown[1:3], p[SupportAt.MU] * shown[0]
             distance = place - p[SupportAt.ANCHOR]
             # the anchor follows until the spring carries the limit (radial return)
             anchor = place - limit / p[SupportAt.KT] / max(_length(distance), 1e-300) * distance
             slid = max(slid, _length(anchor - p[SupportAt.ANCHOR]))
             p[SupportAt.ANCHOR] = anchor
-        if kind == "brake" and p[BrakeAt.ENGAGED] > 0.0 and p[BrakeAt.STICK] <= 0.0 and p[BrakeAt.K] > 0.0:
+        else:
             q = shown[0]
             p[BrakeAt.ANCHOR] = q - p[BrakeAt.MOMENT] / p[BrakeAt.K] * np.sign(q - p[BrakeAt.ANCHOR])
     return slid
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Return the net changes of a list of state changes: the last one of each force law that has not switched back."""
+    """Return the net changes of state: the last change of each force law that did not return to its first state."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}
@@ -132,8 +140,7 @@ SHORT, LONG = 0.1, 100.0  # [s] of pseudo time; LONG leaves neutral directions a
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A pose at rest: coordinates q (nq,), tension of each rope and normal force of each support [N], and the number of
-    iterations needed."""
+    """A pose at rest: coordinates q (nq,), rope tensions and support forces [N], and number of iterations needed."""
 
     q: np.ndarray
     tensions: dict[str, float]
@@ -157,8 +164,10 @@ def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilib
 
 
 def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
-    """Return the pose at rest (nq,) that is reached from q, the number of iterations, and the state changes of force
-    laws. Raises KernelError naming a body that does not come to rest."""
+    """Return the pose at rest (nq,) reached from q, the number of iterations, and the state changes of force laws.
+
+    Raises KernelError naming a body that does not come to rest.
+    """
     h, before, last, stalled, onward, way = SHORT, np.inf, np.inf, 0, False, np.zeros(len(poses.free))
     events: list[StateChange] = []
     for steps in range(MOST + MORE):

@@ -45,8 +45,10 @@ class NaturalMode:
 
 @dataclass(frozen=True)
 class Modes:
-    """All small motions about a pose: oscillations by frequency; decay rates [1/s] of overdamped motions (negative:
-    growing); number of degrees of freedom without stiffness."""
+    """All small motions about a pose: oscillations, and motions that decay or grow without oscillating.
+
+    Oscillations by frequency; decay rates [1/s] (negative: growing); number of degrees of freedom without stiffness.
+    """
 
     oscillations: tuple[NaturalMode, ...]
     decays: tuple[float, ...]
@@ -148,8 +150,10 @@ def _movers(mode: NaturalMode) -> str:
 
 
 def modes_data(found: Modes) -> dict[str, object]:
-    """Return modes as data: frequencies [Hz], angular frequencies (`pulsation`) [rad/s], damping ratios, shares and
-    shapes (amplitude and phase [rad])."""
+    """Return modes as data: frequencies, damping ratios, energy shares of bodies and joints, and mode shapes.
+
+    `pulsation`: angular frequency [rad/s]; shapes as amplitude and phase [rad].
+    """
     return {
         "modes": [
             {
@@ -169,8 +173,10 @@ def modes_data(found: Modes) -> dict[str, object]:
 
 
 def statics_text(found: Equilibrium, reactions: Reactions, growth: float) -> str:
-    """Return tensions, pad forces and joint reactions as text; `growth`: growth rate of a perturbation [1/s]. "~" marks
-    forces that are statically indeterminate for rigid bodies."""
+    """Return rope tensions, pad forces and joint reactions as text; "~" marks statically indeterminate forces.
+
+    `growth`: growth rate of a perturbation [1/s].
+    """
     lines = [f"at rest after {found.steps} step{'s' * (found.steps != 1)}"]
     if growth:
         lines.append(f"unstable: a small push grows e-fold in {1.0 / growth:.3g} s")
@@ -209,8 +215,10 @@ def _choice(reactions: Reactions) -> str:
 
 
 def statics_data(found: Equilibrium, reactions: Reactions, growth: float) -> dict[str, object]:
-    """Return coordinates, tensions and normal forces [N], joint reactions in joint axes [N, N m], growth rate [1/s] and
-    statically indeterminate forces as data."""
+    """Return the static state as data: coordinates, tensions, normal forces, joint reactions, growth rate.
+
+    Forces [N] and moments [N m] in joint axes, growth rate [1/s]; statically indeterminate forces are listed.
+    """
     return {
         "growth": growth,
         "coordinates": found.q.tolist(),

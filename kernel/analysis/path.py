@@ -100,8 +100,7 @@ class EquilibriumPath:
         return []
 
     def run(self, until_ns: int) -> list[StateChange]:
-        """Follow the equilibrium path to the time `until_ns` or to the first event of a law in `heard`; return the
-        events there.
+        """Follow the equilibrium path to the time `until_ns` or the first event of a subscribed law; return its events.
 
         Raises KernelError if the path ends earlier.
         """

@@ -59,7 +59,7 @@ class Poses:
 
     @staticmethod
     def stopped(simulation: "Simulation") -> "Poses":
-        """Stop all drives, winches and master signals of a simulation permanently; return its evaluator at poses."""
+        """Stop all drives, winches and master signals of a simulation permanently; return its `Poses` evaluator."""
         simulation.commands.admit("statics or modes")
         simulation.references.stop(simulation.epoch)
         simulation.references.write(simulation.epoch)
@@ -77,8 +77,10 @@ class Poses:
         return dv
 
     def water(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Linearise the m states z of wave radiation at pose q (nq,): return da/dz (n_free, m) of the accelerations a,
-        and dz'/d(v, z) (m, n_free + m)."""
+        """Return the derivatives that involve the m memory states of wave radiation (water), at pose q (nq,).
+
+        da/dz (n_free, m) and dz'/d(v, z) (m, n_free + m); a: accelerations, v: velocities, z: memory states.
+        """
         p, n = self.simulation.program, len(self.free)
         places = [*p.memory.values()]
         a, rates = np.zeros((n, len(places))), np.zeros((len(places), n + len(places)))
@@ -101,14 +103,16 @@ class Poses:
         return G
 
     def stiffness(self, q: np.ndarray, order: tuple[float, float] = FOURTH, h: float = STEP) -> np.ndarray:
-        """Return the derivative da/dq (n_free, n_free) of the accelerations at pose q (nq,) at rest [1/s2], with
-        discrete states frozen, from differences over at most h [m, rad]."""
+        """Return the derivative da/dq (n_free, n_free) [1/s2] of the accelerations at rest in pose q (nq,).
+
+        Discrete states are frozen; `h`: largest difference step [m, rad].
+        """
         self.accelerations(q)
         native, nv = self.simulation.native, len(self._columns)
         now = native["t"], native.among()
         key = q.tobytes(), self._accounts.tobytes(), self.simulation.P.tobytes(), now, order, h
         if key == self._known[0]:  # as after a command that changes no force
-            return self._known[1].copy()
+            return self._known[1]
         self._now[:], self._order[:] = now, order
         self._stands[:], self._guards[:] = self._y, self._G
         self._J[:] = 0.0
@@ -122,11 +126,15 @@ class Poses:
                 break
             h *= 0.1
         found: np.ndarray = self._J[:, :nv].T[self._rows].copy()
+        found.flags.writeable = False
         self._known = key, found
-        return found.copy()
+        return found
 
     def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:
-        """Factorise the matrix 1/h^2 - K of Newton steps over the motions in `basis`; K (n_free, n_free): stiffness."""
+        """Factorise the matrix 1/h^2 - K of Newton steps; K (n_free, n_free): stiffness.
+
+        `basis`: the allowed motions, as the method `basis` returns them.
+        """
         self._B = basis
         K = K if basis is None else basis.T @ K @ basis
         whole, n = self._eye.copy(), len(K)
@@ -174,7 +182,7 @@ class Poses:
         return q
 
     def count_turns(self, q: np.ndarray) -> None:
-        """Update the counted full turns of angles at pose q, less than half a turn from the pose before."""
+        """Update the counts of full turns for the angles at pose q, which is within half a turn of the last pose."""
         s = self.simulation
         if n := len(s.program.angles):
             self._y[:] = self._state(q)

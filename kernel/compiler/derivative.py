@@ -19,8 +19,10 @@ WHOLE = 2.0**51  # a constant that leaves no fraction in a sum: the sum steps, i
 def derivatives(
     f: Function, values: Mapping[str, np.ndarray], seeds: Mapping[str, np.ndarray]
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the outputs (n,) of a traced function by name, each with its derivatives (n, k) along k directions, for
-    inputs (n,) with tangent directions `seeds` (n, k)."""
+    """Return the outputs (n,) of a traced function, each with its derivatives (n, k) in k directions.
+
+    `values`: inputs by name; `seeds`: their derivatives (n, k) in these directions.
+    """
     k = next(iter(seeds.values())).shape[1]
     given = {
         name: [(float(x), seeds[name][i] if name in seeds and seeds[name][i].any() else None) for i, x in enumerate(X)]

@@ -73,8 +73,7 @@ def blocks(f: Function | EmittedParts) -> list[str]:
 
 
 def module(*functions: Function | EmittedParts, fused: bool = False) -> str:
-    """Return the LLVM IR text of functions and loops, with all functions they call; `fused`: use fused
-    multiply-adds."""
+    """Return the LLVM IR of functions and loops with all functions they call; `fused`: use fused multiply-adds."""
     texts: list[str] = []
     seen: dict[str, Function | EmittedParts] = {}
 
@@ -127,10 +126,10 @@ _ANY = ctypes.c_char * 0
 
 
 class Library:
-    """Machine code of LLVM IR, taken from the cache if code is cached under the key `structure`.
+    """Machine code of LLVM IR, loaded from the cache if it is stored there.
 
-    `ir`: returns the IR text, called only without cached code; `opt`: LLVM optimisation level 0 to 3; `cpu`: LLVM name
-    of the target processor, if it is not this one.
+    `structure`: key in the cache; `ir`: returns the IR text, called only without cached code; `opt`: LLVM optimisation
+    level 0 to 3; `cpu`: LLVM name of the target processor, if it is not this one.
     """
 
     def __init__(

@@ -133,7 +133,7 @@ class Primitive(Function):
 
 
 def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
-    """Return the values to be written to a block, each with a flag: whether it already lies at its place there."""
+    """Return each value to be written to a block, with a flag that is true if the block holds the value already."""
     out, at = [], 0
     for x in values:
         out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))

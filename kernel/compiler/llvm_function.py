@@ -21,8 +21,7 @@ def blocks_of(f: Function) -> list[str]:
 
 
 def named_code(f: Function, lanes: int, shared: frozenset[str] = frozenset()) -> str:
-    """Return the name of the machine code that makes `lanes` calls at once in SIMD lanes (0: one call); `shared`:
-    blocks that the calls have in common."""
+    """Return the name of the code for `lanes` SIMD calls of a function; `shared`: their common input blocks."""
     return ".".join([f"{f.name}.x{lanes}", *sorted(shared)]) if lanes else f.name
 
 
@@ -116,7 +115,7 @@ class StraightLineCode:
         return reference(x, lanes)
 
     def pieces(self, x: Any) -> list[tuple[str, int, int]]:
-        """Return the SIMD registers of value x: name suffix, first index and number of lanes (0: a scalar) of each."""
+        """Return the registers of value x, each as (name suffix, first index, number of lanes); 0 lanes: a scalar."""
         return _cut(x.width) if is_sym(x) and x.width else [("", 0, self.lanes)]
 
     def load(self, n: Sym, base: str, index: int) -> None:
@@ -156,8 +155,7 @@ class StraightLineCode:
         return f"%s{self.vectors}"
 
     def pointer(self, values: tuple[Any, ...], tag: str) -> str:
-        """Return the address of consecutive values: their place in a memory block if they already lie in one, otherwise
-        that of a copy on the stack."""
+        """Return the address of values in consecutive memory; they are copied to the stack if necessary."""
         v: Any = values[0] if values else None
         if is_sym(v) and v.op == "block":
             return f"ptr %{v.args[0]}"

@@ -7,6 +7,7 @@ complex systems in two planes.  Factors live in a block of doubles beside the st
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -83,8 +84,10 @@ class FactorLayout:
                 _less(c, other, [c.load(c.at(p, k)) for p in other], factors, first, stride)
 
     def solve(self, c: LoopEmitter, x: list[str]) -> None:
-        """Emit the loops that overwrite b with the solution x of A x = b, from the factors of A in block M; x is
-        `stride` long, with zeros after its first n numbers."""
+        """Emit the loops that overwrite b with the solution x of A x = b, from the factors of A in block M.
+
+        x is `stride` long, with zeros after its first n numbers.
+        """
         n, stride = self.n, self.stride
         planes = [c.at("%M", p) for p in self.matrix]
         with c.loop(0, n) as k:
@@ -142,10 +145,12 @@ class FactorLayout:
         return x
 
 
+@lru_cache(64)  # every simulation names the functions of its code, mostly of code that is there already
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
-    """Return the native function that solves A x = b with stored LU factors of A, for the first n components of b.
+    """Return the native function that solves A x = b with stored LU factors of A (n, n).
 
-    The remaining of the `ny` components are multiplied by `tail`. Outputs: real part `re`, imaginary part `im`.
+    b has `ny` components; those after the first n are multiplied by `tail`. Outputs: real part `re`, imaginary part
+    `im`.
     """
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride

@@ -69,7 +69,7 @@ class LoopEmitter:
         return self.let(f"shufflevector {VECTOR} {one}, {VECTOR} poison, <{WIDEST} x i32> zeroinitializer")
 
     def lanes(self, comparison: str, i: str, k: int | str) -> str:
-        """Emit a comparison of the lanes' indices i, i + 1, ... with k; return the mask of lanes where it is true."""
+        """Emit a comparison, such as "sgt", of the lane indices i, i + 1, ... with k; return the mask of lanes."""
         both = []
         for x in (i, k):
             one = self.let(f"insertelement {_INDICES} poison, i64 {x}, i64 0")

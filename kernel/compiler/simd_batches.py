@@ -23,10 +23,9 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 @dataclass(frozen=True)
 class SimdBatch:
-    """Calls of one traced function that run at once, one per SIMD lane; the last call also fills the remaining lanes.
-    `shared`: input blocks that all calls have in common."""
+    """Simultaneous calls of one traced function, one per SIMD lane; `shared`: their common input blocks."""
 
-    calls: tuple[Sym, ...]
+    calls: tuple[Sym, ...]  # the last one also fills the remaining lanes
     width: int
     shared: frozenset[str]
 
@@ -133,8 +132,10 @@ def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym |
 
 
 class OperandCode(Protocol):
-    """Interface of a code emitter that operands of SIMD batches need. `value`: returns the IR name of a number, which
-    is loaded on first use."""
+    """Interface of a scalar code emitter, as far as the operands of SIMD code use it.
+
+    `value`: returns the IR name of a number, which is loaded on first use.
+    """
 
     body: list[str]
     lane: dict[Sym, tuple[SimdBatch, int]]

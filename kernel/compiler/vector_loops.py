@@ -23,7 +23,7 @@ def is_long(x: Any) -> bool:
 
 
 class VectorEmitter(Protocol):
-    """Interface of a code emitter that `Wide` needs; `head` and `body`: the lines of LLVM IR emitted so far."""
+    """Interface of a code emitter, as far as `Wide` uses it; `head` and `body`: the lines of LLVM IR emitted so far."""
 
     head: list[str]
     body: list[str]
@@ -32,8 +32,7 @@ class VectorEmitter(Protocol):
 
 
 class Wide:
-    """Emitter of the loops for the long vectors of one traced function: determines which vectors share a loop and which
-    are kept in memory."""
+    """Emitter of loops for the long vectors of one traced function; decides which vectors share a loop."""
 
     def __init__(self, code: VectorEmitter, f: Function, order: Sequence[Sym | SimdBatch]) -> None:
         self._code = code

@@ -28,7 +28,7 @@ from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 
 class Blockwise(Proximal):
-    """Factorisation of a symmetric Delassus matrix with one sparsity pattern of blocks.
+    """Factorisation of a symmetric Delassus matrix that consists of blocks, most of which are structurally zero.
 
     Traced functions `factorise` (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x). `sizes`: rows of each
     block; `couples`: pairs (s, r), s <= r, of blocks that share a degree of freedom; `equal`: groups of rows with the
@@ -115,7 +115,7 @@ class Blockwise(Proximal):
 
 
 class Unsymmetric(Proximal):
-    """Factorisation of a Delassus matrix whose rows exert other wrenches than the transposed Jacobian, as in friction.
+    """Factorisation of an unsymmetric Delassus matrix, as in friction, where wrenches do not follow from the Jacobian.
 
     Traced functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x). `couples`:
     pairs (r, s), r > s, of rows that share a degree of freedom; entries stand for (r, s) and (s, r).
@@ -170,7 +170,7 @@ class Unsymmetric(Proximal):
 
 @dataclass(frozen=True)
 class OpenTree:
-    """Traced functions for one kind of tree on which constraint rows act: its factors, and its response to wrenches.
+    """Traced functions for trees of one kind with constraint rows: factors of inertia, response to wrenches.
 
     `factor` returns F (L and D^-1), half (L^-T rhs), dq, given and cross (rows of H for prescribed degrees of freedom),
     and for each body b with rows its columns S{b} and bias acceleration A{b}. `half[b]`: F, S, w -> y, f: for a wrench
@@ -185,8 +185,9 @@ class OpenTree:
 
 
 def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...]) -> OpenTree:
-    """Return the traced functions of the k-th kind of tree, on whose bodies `ends` constraint rows act; `inputs`: sizes
-    of the arguments of its accelerations."""
+    """Return the traced functions of the k-th kind of tree, with constraint rows on its bodies `ends`.
+
+    `inputs`: sizes of the arguments of its acceleration function."""
     n, free, fixed = tree.v.stop - tree.v.start, tree.free_dofs, tree.prescribed_dofs
     below = [(i, j) for i, path in enumerate(tree.free_paths) if i in free for j in path]
     cross = [(i, j) for i in fixed for j in free if i in tree.dof_paths[j] or j in tree.dof_paths[i]]

@@ -35,8 +35,8 @@ def start_of(n: int, side: Array) -> SimpleNamespace:
 
 
 def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small_x: Scalar, small_w: Scalar) -> None:
-    """Do one round of pivoting: solve for the present active set, then change the sides of rows that violate their
-    condition; set run = 0 if there are none."""
+    """Do one round of pivoting: solve for the active set, then change the sides of rows that violate their conditions;
+    set s.run = 0 if no row does."""
     n = len(b)
     low, high = less(s.side, 0.0), less(0.0, s.side)
     free = select(low, 0.0, select(high, 0.0, 1.0)) * np.ones(n)
@@ -109,7 +109,7 @@ _VECTORS = ("side", "x", "w", "b", "lo", "hi")
 def pivot(
     s: SimpleNamespace, A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, small: tuple[float, float]
 ) -> None:
-    """Run rounds of pivoting from loop variables s, into s, until no row changes sides or the budget is spent."""
+    """Do rounds of pivoting, which update the loop variables s, until no row changes sides or the budget is spent."""
     n = len(b)
     size = next((k for k in SIZES if n <= k), 0)
     if not size:
@@ -155,8 +155,10 @@ SMALL = 1e-11  # relative size of what counts as zero
 
 @dataclass(frozen=True)
 class Solution:
-    """Solution of a linear complementarity problem with bounds: x and w (n,); side (n,): -1 at lo, 1 at hi, 0 between;
-    `found`: whether all conditions hold."""
+    """Solution of a linear complementarity problem with bounds: x and w (n,).
+
+    side (n,): -1 at lo, 1 at hi, 0 between; `found`: whether all conditions hold.
+    """
 
     x: np.ndarray
     w: np.ndarray
@@ -208,8 +210,10 @@ PROXIMAL_PASSES = 3  # each divides the error by 1/MU for well-conditioned rows
 
 
 def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
-    """Return, for each row or block s of a matrix, the later rows r that become nonzero when s is eliminated;
-    `couples`: initial nonzero pairs (s, r), s < r."""
+    """Return, for each row s of a matrix, the later rows r that become nonzero when s is eliminated.
+
+    Rows may be blocks; `couples`: initial nonzero pairs (s, r), s < r.
+    """
     later: list[list[int]] = [[] for _ in range(n)]
     for s, r in couples:
         later[s].append(r)

@@ -30,8 +30,7 @@ RATES = 1e-9  # singular value of the velocity columns of a joint below which tw
 
 @dataclass(frozen=True)
 class JointClosure:
-    """A joint that closes a loop: directions of its sides A and B with their rates, and d = p_B - p_A, in world
-    axes."""
+    """Geometry of a joint that closes a loop, in world axes: directions of sides A and B, rates, d = p_B - p_A."""
 
     a: Array  # rows: axis, second, third
     b: Array
@@ -110,15 +109,14 @@ def residual_unit(kind: str, i: int) -> str:
 
 
 def closure_numbers(joint: Joint) -> list[float]:
-    """Return the arguments (25,) of `closure_function`: position and directions of the joint in the parent, the same in
-    the child, and the pitch."""
+    """Return the arguments (25,) of `closure_function`: position and directions of the joint in both bodies, pitch."""
     basis = _basis(joint)
     sides = [(joint.p_PJ, basis @ exact(joint.R_PJ).T), (joint.p_CJ, basis @ exact(joint.R_CJ).T)]
     return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]
 
 
 def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """Return the coordinates (n_q,) of a loop joint, for messages, from the poses of its sides; angles near `q0`."""
+    """Return the coordinates (n_q,) of a loop joint from the poses of its sides A and B; angles are nearest to `q0`."""
     a, b, _, _, d, _ = vars(_pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]).values()
     along = [float(x @ d) for x in a]
     M = np.array([[float(x @ y) for y in b] for x in a])  # (3, 3) the child's directions in the parent's
@@ -149,7 +147,7 @@ def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
 
 
 def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """Return the velocities (n_v,) of a loop joint, for messages, from the poses and twists of its sides A and B."""
+    """Return the velocities (n_v,) of a loop joint from the poses and twists of its sides A and B."""
     R_A, R_B = (np.reshape(exact(e[:9]), (3, 3)) for e in (A, B))
     _, (x_a, _), (V_A, V_B), v = _pair(exact(closure_numbers(joint)), exact(A), exact(B))
     # velocity of the point on B relative to A at the same place, free of the common motion

@@ -33,8 +33,10 @@ LINE = 7  # numbers of a line: a(3), b(3), share
 
 
 class RigidAt:
-    """Indices into the parameters of a rigid rope; each straight part of the rope has its end points a (3), b (3) and
-    its share of the length."""
+    """Indices into the parameters of a rigid rope.
+
+    Each straight part has its end points a (3), b (3) and its share of the length.
+    """
 
     HOOKED, TAUT, LINES = range(3)
     A, B = slice(2, 5), slice(5, 8)
@@ -46,8 +48,10 @@ def rigid_numbers(rope: RigidRope) -> list[float]:
 
 
 def rigid_rope(n: int) -> Function:
-    """Return the traced function for the constraint row of a rigid rope with n straight parts: L (L0, L0', L0'') ->
-    gap, rate, bias, and wrenches wa, wb (6,) for each part."""
+    """Return the traced function for the constraint row of a rigid rope with n straight parts.
+
+    L (L0, L0', L0''), parameters p, bodies -> gap, rate, bias, and wrenches wa, wb (6,) for each part.
+    """
 
     def body(L: Array, p: Array, **ends: Array) -> Outputs:
         gap, rate, bias = L[0], L[1], L[2]
@@ -110,7 +114,7 @@ class Constraints:
         return len(self.held)
 
     def link(self, instances: Sequence[tuple[Tree, Any]]) -> None:
-        """Determine on which trees each constraint row acts and which rows couple, and store the functions for it."""
+        """Determine the trees on which constraint rows act and the rows that couple; create the functions for them."""
         self.instance = {
             tree.first + b: (i, b) for i, (tree, _) in enumerate(instances) for b in range(len(tree.bodies))
         }
@@ -163,7 +167,7 @@ Lengths = Mapping[str, tuple[Scalar, Scalar, Scalar]]  # of rigid ropes, with tw
 
 
 class CompiledScene(Protocol):
-    """Interface that constraint rows need from a compiled scene."""
+    """Interface of a compiled scene for its constraint rows."""
 
     @property
     def graph(self) -> Graph: ...
@@ -175,8 +179,11 @@ class CompiledScene(Protocol):
 
 @dataclass(frozen=True)
 class ConstraintRow:
-    """A constraint row at one instant; `wrenches`: body numbers, each with the wrench (6,) of a unit multiplier about
-    the reference point of the body's tree."""
+    """A constraint row at one instant.
+
+    `wrenches`: body numbers, each with the wrench (6,) of a unit multiplier about the reference point of the body's
+    tree.
+    """
 
     wrenches: list[tuple[int, Array]]
     gap: Scalar
@@ -191,8 +198,10 @@ class ConstraintRow:
 def held_rows(
     scene: CompiledScene, ends: Mapping[int, Array], numbers: Numbers, lengths: Lengths
 ) -> list[ConstraintRow]:
-    """Return the constraint rows of loop joints, then those of rigid ropes, for bodies with poses and twists `ends`;
-    arguments as in `ConstraintRows`."""
+    """Return the constraint rows of all loop joints, then those of all rigid ropes.
+
+    `ends`: poses and twists of the bodies by number; other arguments as in `ConstraintRows`.
+    """
     rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
     ropes = scene.constraints.ropes
     return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]

@@ -23,7 +23,7 @@ _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom
 
 
 class ConstraintRows:
-    """The factorised constraint rows of an evaluation of the equations, under the forces applied so far."""
+    """Solver for the constraint rows at one instant, under the forces that the evaluation has applied so far."""
 
     def __init__(
         self,
@@ -61,8 +61,7 @@ class ConstraintRows:
 
     @property
     def movable(self) -> np.ndarray:
-        """Return for each constraint row (n,) whether a force on it causes any motion beyond round-off; on floats
-        only."""
+        """Return for each constraint row (n,), in floats, whether a force on it causes motion beyond round-off."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
@@ -96,7 +95,7 @@ class ConstraintRows:
         return [self._masked(r, s, a) for (r, s), a in zip(pairs, A, strict=True)]
 
     def matrix(self) -> Array:
-        """Return the Delassus matrix G H^-1 G^T (n, n) of all constraint rows, active or not; on floats only."""
+        """Return the Delassus matrix G H^-1 G^T (n, n) of all constraint rows, active or not, as floats."""
         n = len(self.rows)
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
@@ -253,8 +252,7 @@ class ConstraintRows:
         return out
 
     def loads(self) -> list[Scalar]:
-        """Return force and moment of each loop joint on its child in world axes [N, N m], then tension [N], slack and
-        length [m] of each rigid rope."""
+        """Return loads of loop joints on their children [N, N m], and tension [N], slack and length [m] of ropes."""
         out: list[Scalar] = []
         at = 0
         for j in self.constraints.loops:

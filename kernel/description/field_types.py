@@ -25,8 +25,7 @@ SHOWN = 60  # characters of a wrong value in a sentence
 
 
 def plain(system: System, known: Callable[[object], object | None]) -> System:
-    """Return a description with arrays as tuples and numbers as Python numbers; raises KernelError for an invalid
-    field.
+    """Return a description with tuples for arrays and Python numbers; raises KernelError for an invalid field.
 
     `known`: returns the plain form of an item that was converted before, else None.
     """

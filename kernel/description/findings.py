@@ -65,8 +65,7 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def load(self) -> bool:
-        """Whether the checked value is a load, moment or pressure, which can govern a lift, and not a position or
-        speed."""
+        """Whether the checked value is a load, moment or pressure, which can govern a lift."""
         return self.unit in LOADS or self.quantity in ("rope factor", "uplift")
 
     @property

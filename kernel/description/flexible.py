@@ -20,8 +20,10 @@ WARNED, REFUSED = 0.05, 0.25  # deflections, parts of the length
 
 @dataclass(frozen=True)
 class Beam:
-    """A uniform Euler-Bernoulli beam along the x axis of the body's frame, beginning at `start`; a stiffness of 0 means
-    that the beam is rigid in this respect."""
+    """A uniform Euler-Bernoulli beam along the x axis of the body's frame, beginning at `start`.
+
+    A stiffness of 0 means that the beam is rigid in this respect.
+    """
 
     length: u.Extent
     mass_per_length: u.MassPerLength

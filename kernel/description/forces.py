@@ -22,7 +22,7 @@ Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
 
 
 class Wave(Struct, frozen=True):
-    """A harmonic function of the run's time t with a smooth start: r amplitude cos(frequency t + phase).
+    """A harmonic function of the run's time t, amplitude cos(frequency t + phase), multiplied by a smooth ramp r(t).
 
     r = u^3 (10 - 15 u + 6 u^2) with u = min(t / ramp, 1). It is zero when equilibria are computed.
     """
@@ -34,7 +34,7 @@ class Wave(Struct, frozen=True):
 
 
 class WaveSum(Struct, frozen=True):
-    """An irregular signal of the run's time t: r times the sum over k of cosines_k cos(w_k t) + sines_k sin(w_k t).
+    """An irregular signal of the run's time t: r(t) times the sum of cosines_k cos(w_k t) + sines_k sin(w_k t).
 
     Factor r as in `Wave`; zero when equilibria are computed. It is represented by cubic Hermite pieces of `piece`
     seconds, with an error of (w_k piece)^4 / 384 of the amplitude of harmonic k. With a second sum `by`, the signal is
@@ -89,7 +89,7 @@ class Element(Struct, frozen=True):
 
     @property
     def along(self) -> tuple[str, str] | None:
-        """The joint and coordinate along which the force element acts ("" if only one); None if it acts at points."""
+        """The joint and coordinate ("" if it has only one) on which the element acts; None if it acts at points."""
         joint = getattr(self, "joint", "")
         return (joint, getattr(self, "coordinate", "")) if joint else None
 
@@ -226,7 +226,7 @@ class Characteristic(Element, frozen=True, tag=True):
 
 
 class Immersion(Element, frozen=True, tag=True):
-    """An upward force on a body, given over the depth of its lowest point: `effort` [N] over x [m].
+    """An upward force on a body that depends on its depth: piecewise linear through points (`x` [m], `effort` [N]).
 
     The depth is counted from the height `level` to a place `below` the point. The force is piecewise linear, x rising;
     the end values hold outside. It acts at the point, so that it does not turn the body about it.
@@ -358,7 +358,8 @@ class TuggerLine(Element, frozen=True, tag=True):
     """A tugger line from a winch at a to a load at b: a massless rope that the winch keeps at a set tension.
 
     T = tension (1 + spread x / sqrt(1 + x^2)) with x = l' / speed of its length l: the winch pays out at a higher and
-    takes in at a lower tension, which damps the load. Beyond its stroke, `shortest` to `longest`, the run ends.
+    takes in at a lower tension, which damps the load. Beyond its stroke, `shortest` to `longest`, the run ends. With a
+    `rate`, the highest at which orders may change it, the tension is a driven signal.
     """
 
     name: str
@@ -370,8 +371,9 @@ class TuggerLine(Element, frozen=True, tag=True):
     shortest: u.Gap = 0.0
     longest: u.Gap = 0.0  # 0: there is rope enough
     capacity: u.Tension = 0.0  # of winch, rope and attachment; 0: not known
+    rate: u.TensionRate = 0.0  # 0: the winch takes no orders
     hooked: bool = True  # at the start
-    winch = False  # that is given orders
+    winch = False  # that winds a length by orders
     L0 = 0.0  # a winch that has any length
 
     @property

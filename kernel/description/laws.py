@@ -53,8 +53,10 @@ class Stop(AlongJoint):
 
 @dataclass(frozen=True)
 class Brake(AlongJoint):
-    """Dry brake on a coordinate of a joint: a spring-damper that slips at the effort `moment` [N or N m]. A brake that
-    is always engaged represents the joint's dry friction."""
+    """Dry brake on a joint coordinate: a spring-damper that slips at the effort `moment` [N or N m].
+
+    A brake that is always engaged represents the joint's dry friction.
+    """
 
     name: str
     joint: str
@@ -146,10 +148,11 @@ class RigidRope(Straight):
 
 @dataclass(frozen=True)
 class Support:
-    """A point of a body that a pad at `height` can push up and hold by friction; the pad is in the world or on a body.
+    """A point of a body that a pad at `height`, fixed in the world or on a body, can push up and hold by friction.
 
     N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N. `on`: the
-    body in whose frame the height counts and whose z the pad pushes along; "": the world.
+    body in whose frame the height counts and whose z the pad pushes along; "": the world. `size`: of the pad along the
+    x and y of that frame, about its origin, beside which it exerts no force; None: it has no ends.
     """
 
     name: str
@@ -161,6 +164,7 @@ class Support:
     kt: u.Stiffness = 0.0
     dt: u.Damping = 0.0
     on: str = ""
+    size: tuple[u.Extent, u.Extent] | None = None
 
     along = None
 

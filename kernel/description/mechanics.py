@@ -233,8 +233,7 @@ PITCH = None
 
 @dataclass(frozen=True)
 class JointMotion:
-    """An elementary motion of a joint: a turn about, or a slide along, one of its axes by `factor` (None: the joint's
-    pitch) times a coordinate."""
+    """An elementary motion of a joint about or along one axis: `factor` (None: the pitch) times a joint coordinate."""
 
     turns: bool
     axis: int

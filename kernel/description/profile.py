@@ -51,8 +51,9 @@ def _ramp(t: float, d: float) -> float:
 
 
 def trapezoid(distance: float | None, speed: float, accel: float, v0: float = 0.0) -> Trapezoid:
-    """Return the fastest trapezoid speed profile that moves by a signed distance from speed v0; distance None: an
-    endless move at `speed` (0: ramp down and stop).
+    """Return the fastest trapezoid speed profile that moves by a signed distance from speed v0.
+
+    distance None: an endless move at `speed` (0: ramp down and stop).
 
     `speed` is a magnitude if a distance is given; otherwise its sign is the direction. accel > 0. If v0 is too high to
     stop within the distance, the profile overshoots and comes back. Raises ValueError for accel <= 0 or for a distance
@@ -67,7 +68,7 @@ def trapezoid(distance: float | None, speed: float, accel: float, v0: float = 0.
     if distance == 0.0 and v0 == 0.0:
         return REST
     if speed == 0.0:
-        raise ValueError("a distance cannot be travelled at speed 0")
+        raise ValueError("a distance cannot be travelled at speed 0; give a speed")
     stop = v0 * abs(v0) / (2.0 * accel)  # where braking at once would end
     sign = copysign(1.0, distance - stop)
     top = sign * abs(speed)

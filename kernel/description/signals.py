@@ -9,7 +9,7 @@ Quantity = Literal[
     "height", "height difference", "height over", "tension", "load", "vertical load", "moment", "angle", "joint",
     "speed", "length", "wind", "swing along", "swing across", "boom lead", "side lead", "off-lead", "slope", "radius",
     "gap", "use", "use by place", "pull", "reserve", "side along", "side across", "place along", "place across",
-    "track pressure", "corner load", "tipping", "joint moment", "starting moment",
+    "track pressure", "corner load", "tipping", "joint moment", "starting moment", "overhang",
 ]  # fmt: skip
 
 
@@ -51,6 +51,9 @@ class ScalarSignal:
                     which a corner loses contact; the other numbers as before
     "joint moment"  of weights and rope pulls on all that joint `of` carries, about its axis [N m]; "starting moment":
                     with that which accelerates it at numbers[0] [rad/s2]
+
+    "overhang"      how far `point` is below the plane z = 0 of the body of `origin`, or beside the face in it of half
+                    edges `numbers` (2), whichever is less [m]; 0 above the plane and on the face
 
     If the lines of a rope run in several directions, only those that end on the body of `point` count; with both
     `origin` and `point` the line between them is used, except by the leads of booms.

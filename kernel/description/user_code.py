@@ -50,8 +50,7 @@ class Taken(Exception):
 
 
 def imported(where: str, name: str = "") -> ModuleType:
-    """Import the user's module of this name, or a file.py as the module `name`, from the present content of its file;
-    raises FileNotFoundError if there is no file."""
+    """Import a module, or a file.py as the module `name`; reload it if edited. FileNotFoundError if it is missing."""
     with _lock:
         importlib.invalidate_caches()
         _asked.append(where)
@@ -200,8 +199,7 @@ def _named(text: bytes, package: str) -> frozenset[str]:
 
 
 def raised(error: BaseException) -> str:
-    """Return the class and text of an error of user code, with its place in a file of the user or of another
-    package."""
+    """Return class and text of an error of user code, with its place in a file that is not part of heavylift."""
     frames = [(x.f_code.co_filename, line) for x, line in traceback.walk_tb(error.__traceback__)]
     at = next((x for of in (_own, written_by_others) for x in reversed(frames) if of(x[0])), None)
     where = f" ({os.path.basename(at[0])}:{at[1]})" if at else ""

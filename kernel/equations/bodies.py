@@ -96,8 +96,10 @@ def _elastic(n: int) -> Formula:
 
 
 def recursion(graph: Graph) -> DocumentSection:
-    """Return the printed recursive equations of motion of every body, parents before children (Ku et al. 2012, Fig. 6
-    (a)-(e), with the sign of (d) corrected)."""
+    """Return the printed recursive equations of motion of every body, parents before children.
+
+    Ku et al. 2012, Fig. 6 (a)-(e), with the sign of (d) corrected.
+    """
     groups = []
     for i, link in enumerate(graph.links):
         n, p = i + 1, link.parent + 1

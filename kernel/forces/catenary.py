@@ -37,8 +37,7 @@ class EndForces(NamedTuple):
 
 
 def hanging(x: Scalar, z: Scalar, k: Scalar) -> EndForces:
-    """Return the end forces of a line that hangs from both ends; the ends are x > 0 apart horizontally and z
-    vertically, relative to the line's length."""
+    """Return the end forces of a hanging line, its ends x > 0 apart horizontally and z vertically (in line lengths)."""
     x = maximum(x, PLUMB)
     chord = sqrt(x * x + z * z)
     share, stretch = x * x * (1.0 / (chord * chord)), log(chord)
@@ -52,8 +51,7 @@ def hanging(x: Scalar, z: Scalar, k: Scalar) -> EndForces:
 
 
 def lying(x: Scalar, z: Scalar, k: Scalar) -> EndForces:
-    """Return the end forces of a line that partly lies on the seabed, with its fairlead z > 0 above it, relative to the
-    line's length."""
+    """Return the end forces of a line that partly lies on the seabed, z > 0 (in line lengths) below its fairlead."""
     z = maximum(z, LEVEL)
     low = 2.0 * z / (1.0 + sqrt(1.0 + 4.0 * k * z))  # the vertical force of a slack line
     slack = (1.0 - x) / low
@@ -72,8 +70,7 @@ def lying(x: Scalar, z: Scalar, k: Scalar) -> EndForces:
 
 
 def line_shape(x: float, z: float, k: float, seabed: bool, n: int) -> tuple[EndForces, list[tuple[float, float]]]:
-    """Return the end forces of a line and the positions of n + 1 points that divide its length evenly: horizontal and
-    vertical distance of each from the anchor."""
+    """Return the end forces of a line and the positions, from its anchor, of n + 1 points that divide it evenly."""
     found = lying(x, z, k) if seabed and z > 0.0 else hanging(x, z, k)
     if seabed and found.V > 1.0:
         found = hanging(x, z, k)

@@ -84,7 +84,7 @@ class ForceLaw(ABC, Generic[F]):
         return self
 
     def signal(self, f: F) -> InputSignal | None:
-        """Return the signal of the force that commands or time histories change; None if there is none."""
+        """Return the force's signal, which commands or time histories change; None if the force has none."""
         signal: InputSignal | None = getattr(f, "signal", None)
         return signal
 
@@ -109,7 +109,7 @@ class ForceLaw(ABC, Generic[F]):
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
-        """Return the two bodies and world axis of the law's angles if full turns before the start count; else None."""
+        """Return the two bodies and the world axis of the law's angles; None if turns before the start do not count."""
         raise KernelError(
             f"{type(f).__name__.lower()} '{f.name}': its law counts angles but has no method 'turns'; define one"
         )
@@ -119,8 +119,7 @@ class ForceLaw(ABC, Generic[F]):
         return ()
 
     def switch(self, f: F, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
-        """Change the law's discrete states in the parameters p after a guard became negative; return the event and a
-        value.
+        """Change the law's discrete states in p after a guard became negative; return `what` and `value` of the change.
 
         Coordinates and velocities do not change; released elastic energy becomes heat of the law.
         """

@@ -91,12 +91,15 @@ class SupportAt:
 
     HEIGHT, K, D, MU, KT, DT, CLOSED, STICK = range(3, 11)
     ANCHOR, DIRECTION = slice(11, 13), slice(13, 15)
+    EDGES = slice(15, 17)  # halves of the size of a pad that has ends; else empty
 
 
 @dataclass(frozen=True)
 class SupportLaw(ForceLaw[Support]):
-    """Force law of a support; arguments as in `Setting`. Its guards are the normal force of a closed contact and the
-    reserve of friction."""
+    """Force law of a support; guards: normal force of a closed contact, reserve of friction.
+
+    Arguments as in `Setting`.
+    """
 
     clamped: bool = True
     at_rest: bool = False
@@ -107,7 +110,22 @@ class SupportLaw(ForceLaw[Support]):
         return SupportLaw(setting.clamped, setting.at_rest)
 
     def numbers(self, f: Support, poses: Poses) -> list[float]:
-        return [*f.point.p, f.height, f.k, f.d, f.mu, f.kt, f.dt, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]
+        return [
+            *f.point.p,
+            f.height,
+            f.k,
+            f.d,
+            f.mu,
+            f.kt,
+            f.dt,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            *(x / 2 for x in f.size or ()),
+        ]
 
     def answer(self, f: Support, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         height, k, d, mu, kt, dt, closed, stick = p[3:11]
@@ -118,6 +136,9 @@ class SupportLaw(ForceLaw[Support]):
             p_X = named("pX", R.T @ (at - ends[1][12:15]))
             v_X = named("vX", R.T @ (v_X - ends[1][18:21] - cross(ends[1][15:18], at)))
         N, guard, heat, stored = pushes(height - p_X[2], -v_X[2], k, d, closed, self.clamped)
+        for half, w in zip(p[SupportAt.EDGES], p_X[:2], strict=False):
+            left = k * (half - abs(w))  # to the edge, beyond which the pad is open
+            guard = select(closed > 0.0, minimum(guard, left), maximum(guard, -left))
         N = named("N", N)
         anchor, direction = p[SupportAt.ANCHOR], p[SupportAt.DIRECTION]
         rub, slips, rubbed, held = friction(p_X[:2] - anchor, v_X[:2], mu * N, kt, dt, stick, direction, self.at_rest)
@@ -191,7 +212,7 @@ class StopAt:
 
 @dataclass(frozen=True)
 class StopLaw(ForceLaw[Stop]):
-    """Force law of end stops: one-sided spring-dampers beyond both limits of a joint coordinate; `clamped` as in
+    """Force law of end stops: one-sided spring-dampers beyond both limits of a coordinate; `clamped` as in
     `Setting`."""
 
     clamped: bool = True
@@ -234,8 +255,7 @@ class BrakeAt:
 
 @dataclass(frozen=True)
 class BrakeLaw(ForceLaw[Brake]):
-    """Force law of a brake with dry friction; `start`: initial value of its joint coordinate; `at_rest` as in
-    `Setting`."""
+    """Force law of a brake with dry friction; `start`: initial joint coordinate; `at_rest` as in `Setting`."""
 
     start: float = 0.0
     at_rest: bool = False

@@ -35,7 +35,7 @@ MOVES, WEIGHS, SHARED = 1.0 / 3.0, 1.0 / 2.0, 1.0 / 6.0  # parts of a rope's mas
 
 
 def with_rope_masses(system: System) -> System:
-    """Return the system with rope masses added to the end bodies: of each rope, the part that moves with its ends."""
+    """Return the system with the part of each rope's mass that moves with its ends added to the end bodies."""
     borne: dict[str, list[tuple[float, Point]]] = {}
     for rope in system.straight_ropes:
         for mass, end in _ends(rope):
@@ -84,13 +84,13 @@ def led(end: Array, point: Array, slides: Array, p: Array, acceleration: Scalar)
 
 
 def not_weighed(weight: Scalar) -> Scalar:
-    """Return the part of a rope's weight [N] at one end that the mass added to the end body does not cover."""
+    """Return the part of a rope's weight [N] that must be applied as a force at each end, besides the added masses."""
     # of half the weight, a third of the mass has been added to the end body, which gravity pulls already
     return (WEIGHS - MOVES) * weight
 
 
 def pulls_down(weight: Scalar, x: Array) -> Array:
-    """Return the wrench (6,) of the weight from `not_weighed` about the tree's reference point, for a rope end at x."""
+    """Return the wrench (6,) about the tree's reference point of the weight from `not_weighed`, which acts at x."""
     f = -not_weighed(weight)
     return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])
 

@@ -140,7 +140,9 @@ class TorsionLaw(ForceLaw[Torsion]):
 
 
 class BushingLaw(ForceLaw[Bushing]):
-    """Force law of a 6x6 spring and damper; the rotation vector's rate is J(theta) times the relative angular velocity.
+    """Force law of a 6x6 spring and damper between two frames.
+
+    The rotation vector's rate is J(theta) times the relative angular velocity.
 
     `axis` (3,), in frame a: the axis of all rotation that the joints in between allow, if there is only one; theta is
     then the angle about it, over all turns, and J = 1. Otherwise J = 1 - theta x / 2 + (1 - theta/2 cot theta/2) /

@@ -79,7 +79,7 @@ class SharedForce:
 
     @property
     def structure(self) -> tuple[object, ...]:
-        """Key that is equal for forces which use the same machine code at the same place in a scene."""
+        """Key that is equal for forces which can share machine code: same law, bodies, joint and kind of signal."""
         s = self.signal
         return self.key, self.ends, self.along, s and (s.driven, bool(s.times), s.wave is not None, s.waves is not None)
 

@@ -46,8 +46,10 @@ class LawInput:
 
 
 class UserLawEntry(ForceLaw[UserLaw]):
-    """Force law of user-defined laws: traces the user's function once to check it; its parameters are the user's
-    parameters and modes."""
+    """Force law of user-defined laws: traces the user's function once, to check it.
+
+    Its parameters are the user's parameters and modes.
+    """
 
     works = True
     timed = True
@@ -159,7 +161,7 @@ def _called(f: UserLaw, function: str, given: LawInput) -> object:
         file = law.__code__.co_filename if hasattr(law, "__code__") else ""
         lines = [x for x in traceback.extract_tb(e.__traceback__) if x.filename == file]
         where = f"{Path(file).name}:{lines[-1].lineno}" if lines else function
-        message = str(e).replace("kernel.elementary", MATHEMATICS)
+        message = str(e)
         if (
             "no callable" in message
             or "must be real number" in message

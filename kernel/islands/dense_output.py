@@ -19,7 +19,7 @@ from .islands import Islands
 
 
 class DenseRows:
-    """Reads the rows (columns,) of a simulation at given times [ns, ascending], after all events at each time."""
+    """Reads sample rows (columns,) of a simulation at given ascending times [ns], after the events at each time."""
 
     def __init__(self, simulation: Simulation | Islands, instants: Sequence[int]) -> None:
         self._simulation, self._waiting = simulation, deque(instants)
@@ -56,8 +56,8 @@ class DenseRows:
 
 
 def instants_of(times: object, start: float, end: float, before: bool) -> NDArray[np.int64]:
-    """Convert times [s] within a run to integer nanoseconds (n,), or to the nanosecond before if `before`; raises
-    KernelError for times outside the run."""
+    """Convert times [s] within a run to integer nanoseconds (n,), or one less if `before`; raises KernelError for times
+    outside the run."""
     try:
         t = np.atleast_1d(np.asarray(times, np.float64))
     except (TypeError, ValueError):

@@ -24,7 +24,7 @@ PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 oper
 
 
 class RecompileBudget:
-    """Rule that decides when splitting an island pays (ski rental): once the wasted work equals the cost of compiling.
+    """Ski-rental rule for splitting an island: split once the wasted work equals the cost of compiling.
 
     The total cost is at most twice that of an optimal decision (Karlin et al., Algorithmica 3, 1988). Steps are
     counted, not seconds, so that all runs of a scene decide alike.
@@ -37,15 +37,14 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Return whether compiling separate islands, split at the unhooked ropes `loose`, pays by now; `share`: part of
-        the work saved."""
+        """Return whether the wait ends: splitting at the ropes `loose` pays. `share`: part of work that it saves."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
         return share * self.spent.get(loose, 0.0) >= self._price
 
     def kept(self) -> dict[str, Any]:
-        """Return the state of the splitting rule (steps counted so far, by ropes) as plain lists."""
+        """Return the state of the splitting rule as plain data: the steps counted so far for each set of ropes."""
         return {
             "spent": [[sorted(ropes), n] for ropes, n in self.spent.items()],
             "since": self.since,
@@ -59,7 +58,7 @@ class RecompileBudget:
 
 
 class Island(Simulation):
-    """The simulation of one island; sample rows at its events are stored separately, as parts of whole rows."""
+    """The simulation of one island; its sample rows at events are kept apart, to be merged into rows of the scene."""
 
     struck: np.ndarray  # row of the last event or command
 
@@ -71,8 +70,10 @@ class Island(Simulation):
         self.stand()
 
     def settle(self) -> None:
-        """Recompute the island's derivative and guards after events, and store the sample row of the event in `struck`;
-        its peaks count for the next sample."""
+        """Recompute the island's derivative and guards after events; store the sample row of the event in `struck`.
+
+        The peaks of this row count for the next sample.
+        """
         before = len(self.rows)
         super().settle()
         ((_, self.struck),) = self.rows[before:]
@@ -118,7 +119,7 @@ class Island(Simulation):
             self.marks.pop(0)
 
     def passed(self, t_ns: int) -> bool:
-        """Return whether the island has passed a time [ns] to which it can be rolled back."""
+        """Return whether the island has advanced beyond a time [ns], and can be rolled back to it."""
         return bool(self.marks) and self.began > t_ns
 
     def rewind(self, t_ns: int) -> None:
@@ -138,7 +139,7 @@ class Island(Simulation):
 
     @property
     def history(self) -> int:
-        """The latest time [ns] up to which the island's state is final unless an earlier command arrives."""
+        """The latest time [ns] up to which no command can change the island's states; FOREVER_NS at rest."""
         return FOREVER_NS if self.still and not self.marks else self.earliest - 1
 
     def shown_at(self, t_ns: int) -> np.ndarray:
@@ -172,7 +173,7 @@ class Island(Simulation):
         return not subscribed.isdisjoint(self.events.names)
 
     def may_be_cut(self) -> frozenset[str]:
-        """Return the unhooked ropes at which splitting off a part at rest pays; an empty set if there are none."""
+        """Return the unhooked ropes at which it pays to split the island because one part is at rest; empty if none."""
         loose = self._unhooked()
         if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()

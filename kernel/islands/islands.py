@@ -64,12 +64,11 @@ class Islands(RunningAhead):
 
     @property
     def alone(self) -> list[LiftRows]:
-        """The lifts with sample rows of their own for their events; empty if the scene has only one lift."""
+        """The lifts whose events are recorded in rows of their own; empty if the scene has only one lift."""
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
-        """Return the method of the island that holds exactly this system; if there is none, a new one, only for
-        rows."""
+        """Return the method of the island that holds exactly this system, or a new one that is used only for rows."""
         bodies = {b.name for b in system.bodies}
         same = next((p for p in self.parts if bodies == {b.name for b in p.given.bodies}), None)
         return same.method if same else Stepping(Program(system), self.method.method, self.method.control)
@@ -167,7 +166,7 @@ class Islands(RunningAhead):
         return the events."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
-            raise KernelError("no event has been located; run first")
+            raise KernelError("no event has been located; call run() first")
         self.order.phase = call_protocol.STOPPED
         self.epoch, self._stopped = self.next_ns, [*firing]
         events = [e for p in firing for e in p.fire()]
@@ -193,7 +192,7 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Recompute the islands stopped by events or commands; at the end of a run, if none is, recompute all."""
+        """Recompute the islands stopped by events or commands; if none is stopped (end of the run), recompute all."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()
@@ -243,7 +242,7 @@ class Islands(RunningAhead):
         raise KernelError(f"'{name}': there is no {kind} with this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Set a motion of an actuator or master signal; a master signal moves in every island with actuators."""
+        """Set a motion of an actuator or master signal in all islands that it moves."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:

@@ -39,8 +39,7 @@ class SideBySide:
         self._pool: ThreadPoolExecutor | None = None
 
     def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
-        """Run all tasks in parallel, and `pause` in the calling thread; raise the exception of the first failed
-        task."""
+        """Run all tasks in parallel, and `pause` in the calling thread; raise the first failed task's exception."""
         if len(tasks) < 2 or self._threads < 2:
             for task in tasks:
                 task(pause)

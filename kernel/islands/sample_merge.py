@@ -38,8 +38,7 @@ class _Loose:
     ends: list[tuple[int, int]]
 
     def span(self, frames: np.ndarray) -> float:
-        """Return the length of a rope along its straight lines [m]; `frames` (n, 12): origins and rotations of
-        links."""
+        """Return the length of a rope along its straight lines [m]; `frames` (n, 12): poses of the links."""
         out = 0.0
         for line, ends in zip(self.lines.reshape(-1, ROPE_LINE), self.ends, strict=True):
             places = [
@@ -51,7 +50,7 @@ class _Loose:
 
 
 class Merge:
-    """Combines sample rows of the islands into rows of a scene."""
+    """Places simultaneous sample rows of the islands in one row of the scene."""
 
     def __init__(self, program: Program) -> None:
         self._place = {label: i for i, label in enumerate(labels(program))}
@@ -77,8 +76,10 @@ class Merge:
                 self._loose.append(_Loose(at[length].start + i, at[apart].start + i, sign, lines, ends))
 
     def whole(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """Combine the rows of all islands into one: energies and step counts are summed; every other column, except
-        those of loose ropes, belongs to one island."""
+        """Combine simultaneous rows of all islands into one row of the scene.
+
+        Energies and step counts are summed; every other column, except those of loose ropes, belongs to one island.
+        """
         row = np.zeros(len(self._place))
         for at, part in zip(self._places, parts, strict=True):
             row[at] += part
@@ -125,7 +126,7 @@ def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, Sy
 
 
 class Joining(Merge):
-    """Combines rows of islands into rows of the whole scene once these are complete; `period`: sample period [ns]."""
+    """Collects sample rows of islands and returns complete rows of the scene; `period`: sample period [ns]."""
 
     def __init__(self, program: Program, period: int) -> None:
         super().__init__(program)

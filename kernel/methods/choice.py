@@ -36,8 +36,10 @@ def choose(name: str, program: Program) -> Method:
 
 
 def control_of(method: Method, step: float | None, program: Program) -> Control:
-    """Return the step control of a method, with fixed steps of `step` [s] if given. Raises KernelError if the step is
-    impossible, or is missing for a method without an error estimate."""
+    """Return the step control of a method, with fixed steps of `step` [s] if given.
+
+    Raises KernelError for an impossible step, and without step for a method without an error estimate.
+    """
     if step is None:
         if method.exponents is None:
             raise KernelError(

@@ -33,8 +33,10 @@ ULPS = 16.0 * 2.0**-52  # relative displacement that shows what rounding does to
 
 
 def scale_of(before: Value, v: Value) -> Value:
-    """Return the scale of the error tolerance, which grows with the largest speed so far; `before`: the previous scale;
-    v (nv,): velocities."""
+    """Return the scale of the error tolerance, which grows with the largest speed so far.
+
+    `before`: the previous scale; v (nv,): velocities.
+    """
     for u in v:
         # the largest speed so far: a scene that comes to rest keeps the scale of its motion
         before = maximum(before, abs(u) * (1.0 / SWIFT))
@@ -53,7 +55,7 @@ def still_below(scale: Value, faint: Value) -> Value:
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
-    """Return limits that round-off at coordinates q (nq,) sets to step control.
+    """Return the limits below which step control would resolve only the round-off of coordinates q (nq,), by name.
 
     `grain`: smallest useful scale of the tolerance; `faint`: factor on the threshold STILL of rest. `acceleration`:
     function from coordinates to accelerations (nv,). A law that turns a displacement d into an acceleration a

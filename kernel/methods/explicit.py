@@ -139,8 +139,9 @@ class DormandPrince8(RungeKutta):
 
 
 class SemiImplicitEuler(Method):
-    """Semi-implicit (symplectic) Euler method: a step updates velocities first, then coordinates with the new
-    velocities; quaternions follow dq/dt = N(q) v.
+    """Semi-implicit (symplectic) Euler method: updates velocities first, then coordinates with the new velocities.
+
+    Quaternions follow dq/dt = N(q) v.
 
     Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.2 (1.9). Its energy error stays bounded; its relative
     frequency error is that of leapfrog, (w h)^2 / 24. The dense output is a step of the method to that time, so that
@@ -156,7 +157,7 @@ class SemiImplicitEuler(Method):
         links = program.graph.links
 
         def drift(y: Value, f: Value) -> dict[str, Value]:
-            """Return N(q) dv/dt: the change of dq/dt per second that the change of velocities causes."""
+            """Return N(q) dv/dt, the part of the second derivative of q that the accelerations cause."""
             # dq/dt = N(q) v for quaternions: the change of v acts through the same N(q), not directly
             dv = f[nq : nq + nv]
             turned = [join(rates(k.joint.kind, y[k.q], dv[k.v]), dv[k.v_modes]) for k in links]

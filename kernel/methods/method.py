@@ -62,8 +62,7 @@ class Evaluated(Protocol):
 
 
 class Rate(Protocol):
-    """The right-hand side of the equations, a function of the time t, a time within the step that selects the piece of
-    a profile, and the state y."""
+    """The right-hand side of the equations at time t and state y; `among`: a time in the same profile piece as t."""
 
     def __call__(self, t: Value, among: Value, y: Value) -> Evaluated: ...
 
@@ -74,10 +73,10 @@ LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing wou
 
 @dataclass(frozen=True)
 class Exponents:
-    """Exponents of PI step-size control (Gustafsson): growth error^up last_error^memory, shrinkage error^down."""
+    """Exponents of PI step-size control (Gustafsson)."""
 
-    down: float
-    up: float
+    down: float  # shrinkage: error^down
+    up: float  # growth: error^up last_error^memory
     memory: float
     held: float = 1.0  # a step that would grow by less keeps its length, so that its matrix factors are used again
 
@@ -143,7 +142,7 @@ class Method(ABC):
         return bool(self.matrices)
 
     def run(self, code: StepCode, at: Places, sizes: Mapping[str, int]) -> StepCode:
-        """Return the native stepping functions, extended by steps in Python for a method without native steps."""
+        """Return the native stepping functions, or steps in Python for a method without native steps."""
         return code
 
     def constants(self) -> dict[str, Value]:
@@ -217,7 +216,7 @@ class Stepless(Method):
 
 
 class AtRest(Stepless):
-    """Null method for statics: takes no steps, only evaluates the equations; laws are smooth beyond their guards."""
+    """Null method for statics: takes no steps, only evaluates the equations, with one-sided forces not cut at zero."""
 
     name = "at-rest"
     vectors = ()

@@ -61,8 +61,10 @@ LOST = 0.95  # rate above which the iterations are given up
 
 
 class Radau5(VelocitySpace):
-    """Radau IIA method of order 5, whose stages come from Newton iterations; z: displacements of the stages, w: the
-    same in the eigenbasis."""
+    """Radau IIA method of order 5, whose stages come from Newton iterations.
+
+    z: displacements of the stages, w: the same in the eigenbasis.
+    """
 
     name = "radau5"
     order = 5

@@ -37,8 +37,7 @@ def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) ->
 
 
 def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, message: Callable[[], str]) -> None:
-    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `message`: its fastest
-    mode."""
+    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `message`: fastest mode."""
     if not np.isfinite(J).all():
         return  # the run itself says what is not finite
     modes = np.linalg.eigvals(J)
@@ -113,12 +112,11 @@ class Balance:
         return self._tolerance > 0.0 and not self._implicit
 
     def begin(self, kinetic: float, parts: np.ndarray) -> None:
-        """Restart the energy balance after an event or command, from the kinetic and the other energies (parts,)
-        [J]."""
+        """Restart the energy balance after an event or command, from the kinetic energy and the other `parts` [J]."""
         self._start = kinetic, parts
 
     def end(self, kinetic: float, parts: np.ndarray) -> None:
-        """Close the energy balance before an event or command, at the kinetic and the other energies (parts,) [J]."""
+        """Close the energy balance before an event or command, at the kinetic energy and the other `parts` [J]."""
         before, start = self._start
         changes = parts - start
         # energy that vanished before a switch stays in the sum, or many small losses would pass
@@ -126,8 +124,10 @@ class Balance:
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """Return the part of the exchanged energy lost or gained by a loose tolerance, once when it first becomes
-        large; otherwise 0. `held`: largest energy of a rope so far [J]."""
+        """Return the energy error as a share of the energy exchanged, once it first becomes large; otherwise 0.
+
+        `held`: largest energy of a rope so far [J].
+        """
         self._turned = max(self._turned, held)
         if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
             return 0.0

@@ -100,7 +100,9 @@ def _check_shared_water(system: System) -> None:
             size = np.sqrt(np.maximum(A.diagonal(), np.finfo(float).tiny))
             if (least := float(np.linalg.eigvalsh(A / np.outer(size, size)).min())) < -UNIT:
                 message = f"its added mass with '{other.name}' beside it would drive some motion"
-                raise KernelError(f"body '{b.name}': {message}: it has the scaled eigenvalue {least:g}")
+                raise KernelError(
+                    f"body '{b.name}': {message}; the eigenvalue {least:g} of the scaled matrix must not be negative"
+                )
 
 
 def _known(x: object) -> object | None:
@@ -196,8 +198,10 @@ def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
 
 
 def check_inertia(b: Body) -> None:
-    """Check that an inertia matrix is symmetric and that a mass distribution with its principal moments can exist; the
-    second is not required of a body without mass, such as a geared rotor."""
+    """Check that an inertia matrix is symmetric and that a mass distribution with its principal moments can exist.
+
+    The second is not required of a body without mass, such as a geared rotor.
+    """
     I = b.inertia
     for i, j in ((0, 1), (0, 2), (1, 2)):
         if abs(I[i][j] - I[j][i]) > UNIT * max(abs(I[i][j]), abs(I[j][i])):

@@ -19,14 +19,13 @@ def structure(program: Program, *method: object) -> str:
     drives = [d.name for d in s.drives]
 
     def of(x: Measured | Threshold) -> object:
-        """Return the parts of a measured object on which traced code depends: body number or coordinate indices."""
+        """Return the body number or coordinate indices on which the code of a measured signal or threshold depends."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None
 
     def of_signal(h: Threshold) -> object:
-        """Return the parts of a threshold's formula on which traced code depends: quantity, inputs, number of
-        values."""
+        """Return the properties of a threshold on which its traced code depends: quantity, inputs, number of values."""
         wind = forces.index(h.of) if h.quantity == "wind" else None
         bodies = [number(point.body) for point in points(h, s)]
         over = [ropes.index(r) for r in h.ropes], bodies, len(numbers(h, s)), lines(h, s), wind

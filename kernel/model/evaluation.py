@@ -59,7 +59,7 @@ def accelerate(x: Evaluation) -> None:
 
 
 def pull_rigid_ropes(x: Evaluation) -> None:
-    """Compute guards and work of rigid ropes; no heat, which only impacts cause (see `constraints.row_structure`)."""
+    """Compute guards and work of rigid ropes; only their impacts cause heat (see `constraints.row_structure`)."""
     if x.rows:
         tensions = x.rows.tensions
         for name, guard in x.rows.guards().items():
@@ -133,7 +133,7 @@ def read_signals(x: Evaluation) -> None:
 
 
 def weigh_rigid_ropes(x: Evaluation) -> None:
-    """Apply the weight of rigid ropes to their end bodies, except the part that masses added to these bodies cover."""
+    """Apply the weight of rigid ropes to their end bodies, less that of the masses added to these bodies."""
     for r in x.program.system.rigid_ropes:
         height: Scalar = 0.0
         if r.mass:
@@ -225,8 +225,7 @@ __all__ = ["FORCES", "POSES", "Evaluation", "EvaluationStage", "evaluate"]
 
 
 class EvaluationStage(NamedTuple):
-    """A stage of the evaluation of the equations: a function and the fields of `Evaluation` that it reads and
-    writes."""
+    """A stage of the evaluation of the equations: its function, and the fields of `Evaluation` it reads and writes."""
 
     run: Callable[[Evaluation], None]
     reads: str

@@ -51,8 +51,10 @@ class CarriedGroup:
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """The numbers that the load formulas need: the weight of each body [N] (for "starting moment" also its mass and
-        inertia), and the share of each line."""
+        """The numbers that the load formulas need: weights of bodies [N], and the share of each rope line.
+
+        For "starting moment", also mass and inertia of each body.
+        """
         found = list[float]()
         for body in self.bodies:
             found.append(body.mass * self.gravity)
@@ -61,8 +63,7 @@ class CarriedGroup:
 
 
 def carried_group(h: ScalarSignal, system: System) -> CarriedGroup:
-    """Return the bodies on the base below the point `h.point`, or on the joint `h.of`, with the ropes that pull at
-    them; h: a scalar signal."""
+    """Return the bodies that a base or joint carries, with the ropes that pull at them; h: the load signal."""
     if h.quantity in ON_BASES:
         assert h.point is not None
         own, frame = _connected(system, h.point.body), tuple(moved_point(h.point, tip) for tip in TIPS[:3])
@@ -143,7 +144,7 @@ def _forces(x: Any, own: int, frame: int, each: int) -> Iterator[tuple[Any, Any]
 
 
 def track_pressure(x: Any) -> Any:
-    """Return the largest pressure below a crawler track [N/m2], times numbers[6] plus numbers[7]; inf if tipping."""
+    """Return the largest pressure below a crawler track [N/m2], scaled by numbers[6] and numbers[7]; inf if it tips."""
     V, along, across = base_force(x, ON_BASES["track pressure"])
     length, apart, breadth, side, times, plus = x.numbers[2:8]
     own = _between(0.0, V / 2.0 * (1.0 + 2.0 * side * across / apart), V)
@@ -155,7 +156,7 @@ def track_pressure(x: Any) -> Any:
 
 
 def corner_load(x: Any) -> Any:
-    """Return the load on one corner of a base [N], scaled: times numbers[6] plus numbers[7]."""
+    """Return the load on one corner of a base [N], scaled by a factor and an offset (numbers[6], numbers[7])."""
     V, along, across = base_force(x, ON_BASES["corner load"])
     length, width, ahead, left, times, plus = x.numbers[2:8]
     u, v = 2.0 * along / length, 2.0 * across / width
@@ -167,8 +168,10 @@ def corner_load(x: Any) -> Any:
 
 
 def tipping(x: Any) -> Any:
-    """Return the off-centre distance of the base force as a fraction of the distance at which the machine tips or, if
-    the last number is above zero, one corner loses contact."""
+    """Return how far the base force is off centre, as a fraction of the distance at which the machine tips.
+
+    If the last number is above zero, of the distance at which one corner loses contact.
+    """
     _, along, across = base_force(x, ON_BASES["tipping"])
     length, width, lifts = x.numbers[2:5]
     u, v = abs(2.0 * along / length), abs(2.0 * across / width)
@@ -185,7 +188,7 @@ def joint_moment(x: Any, own: int = 0, each: int = 1) -> Any:
 
 
 def starting_moment(x: Any) -> Any:
-    """Return the moment about a joint's axis [N m], with the inertia of carried bodies at numbers[0] [rad/s2]."""
+    """Return the moment [N m] about a joint's axis that starts a rotation with the acceleration numbers[0] [rad/s2]."""
     middle, tip = x.places[:2]
     axis, inertia = _less(tip, middle), 0.0
     bodies = x.places[2 : len(x.places) - 2 * sum(x.lines)]

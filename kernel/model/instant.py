@@ -35,7 +35,7 @@ Master = tuple[Scalar, Scalar, Scalar, Scalar, Scalar]  # s, ds/dt, d2s/dt2, sin
 
 @dataclass
 class Evaluation:
-    """Result of evaluating the equations of a scene at one state, on floats or traced; steps use `dy` and `guards`."""
+    """Result of evaluating the equations of a scene at one state, in floats or symbols; steps use `dy` and `guards`."""
 
     program: Program
     t: Scalar  # [s] since the epoch
@@ -111,8 +111,10 @@ class Evaluation:
         return x.x[0], x.v[0], x.a[0]
 
     def reference(self, name: str) -> Reference:
-        """Return the reference of an actuator: its own profile plus functions f(s) = k1 s + kc cos s + ks sin s of the
-        master signals s that it follows."""
+        """Return the reference of an actuator: its own profile plus functions f(s) of followed master signals s.
+
+        f(s) = k1 s + kc cos s + ks sin s.
+        """
         ref, dref, ddref = self.own(name)
         follow = self.numbers("follow", name)
         for i, (s, ds, dds, sine, cosine) in enumerate(self.masters):
@@ -124,8 +126,7 @@ class Evaluation:
         return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
 
     def wave(self, name: str, given: Drive | InputSignal) -> Reference:
-        """Return the sum of the regular and irregular waves of a drive or signal, with its first two derivatives; zero
-        in equilibria."""
+        """Return the sum of all waves of a drive or signal, with two derivatives; zero when equilibria are sought."""
         found: Reference = (0.0, 0.0, 0.0)
         if self.program.at_rest:
             return found
@@ -164,7 +165,7 @@ class Evaluation:
 
     @property
     def pulls(self) -> list[Scalar]:
-        """The tensions [N] of all ropes of straight lines, those of rigid ropes last."""
+        """The tensions [N] of all ropes over straight lines: elastic ones, then rigid ones."""
         return [*self.tensions, *(self.rows.end_tensions.values() if self.rows else ())]
 
     @property
@@ -185,7 +186,7 @@ class Evaluation:
 
     @property
     def window(self) -> Scalar:
-        """Longest step [s] in which shapes in contact cannot pass through each other, as a check of fixed steps."""
+        """Longest step [s] in which shapes in contact cannot pass through each other, for checks of fixed steps."""
         return self.reach
 
     @property
@@ -286,10 +287,9 @@ def follow(x: Evaluation) -> None:
 
 
 def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
-    """Return sine and cosine (not normalised) of the tilt of a body's z axis, and the numerator sin' cos - sin cos' of
-    its rate.
+    """Return sine and cosine (not normalised) of the tilt of a body's z axis, and a term for the rate of the tilt.
 
-    Tilt towards +y (axis 0, about -x) or +x (axis 1, about +y).
+    The term is sin' cos - sin cos'. Tilt towards +y (axis 0, about -x) or +x (axis 1, about +y).
     """
     w = np.reshape(body[:9], (3, 3))[:, 2]
     dw = cross(body[15:18], w)

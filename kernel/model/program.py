@@ -41,8 +41,7 @@ MOST = 16
 
 
 def program_of(system: System, *how: Any) -> "Program":
-    """Return the compiled program of a description with these arguments; recent ones are cached, except those with a
-    user's own code, which may change."""
+    """Return the compiled program of a description with these arguments; recent ones without user code are cached."""
     system = check_description(system)
     if system.functions:
         return Program(system, *how)
@@ -52,8 +51,9 @@ def program_of(system: System, *how: Any) -> "Program":
 
 
 class Program:
-    """A compiled system: layout of its state and parameters, and its traced functions. Raises KernelError if a law
-    names a missing part or two drives act on one joint.
+    """A compiled system: layout of its state and parameters, and its traced functions.
+
+    Raises KernelError if a law names a missing part or two drives act on one joint.
 
     `formulation`: equations for the accelerations, see `kernel.multibody.formulations`; `locked`: names of the engaged
     locks, None for those engaged at the start; `clamped`, `at_rest`, `calm`: see `Setting`.
@@ -202,7 +202,7 @@ class Program:
             for k in self.graph.links:
                 if k.modes and k.body.name in (c.a.body, c.b.body):
                     raise KernelError(
-                        f"contact '{c.name}': '{k.body.name}' is flexible; attach a rigid body to it there"
+                        f"contact '{c.name}': '{k.body.name}' is flexible; attach a rigid body to it for the contact"
                     )
 
     def initial_state(self) -> np.ndarray:
@@ -228,8 +228,7 @@ class Program:
 
     @cached_property
     def compressible(self) -> list[tuple[Link, list[Link], slice]]:
-        """The flexible bodies, which may buckle, each with the bodies attached to it and its part of the axial
-        loads."""
+        """Flexible bodies, which may buckle, with the bodies attached to them and the indices of their axial loads."""
         found, first = list[tuple[Link, list[Link], slice]](), 0
         for i, link in enumerate(self.graph.links):
             if link.n_modes:

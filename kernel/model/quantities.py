@@ -124,6 +124,14 @@ def _height_over(x: FormulaContext) -> Any:
     return _dot([a - b for a, b in zip(p, o, strict=True)], [a - b for a, b in zip(tip, o, strict=True)])
 
 
+def _overhang(x: FormulaContext) -> Any:
+    p, o, *tips = x.places
+    u, v, w = (
+        _dot([a - b for a, b in zip(p, o, strict=True)], [a - b for a, b in zip(t, o, strict=True)]) for t in tips
+    )
+    return maximum(minimum(-w, maximum(abs(u) - x.numbers[0], abs(v) - x.numbers[1])), 0.0)
+
+
 def _span(x: FormulaContext) -> Any:
     """Return the length of the vector sum of a rope's lines, weighted by their shares."""
     (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
@@ -209,6 +217,7 @@ ROWS: dict[str, QuantityFormula] = {
     "height": QuantityFormula(lambda x: x.places[0][2], ("point",)),
     "height difference": QuantityFormula(lambda x: x.places[0][2] - x.places[1][2], ("point", "origin")),
     "height over": QuantityFormula(_height_over, ("point", "origin")),
+    "overhang": QuantityFormula(_overhang, ("point", "origin")),
     "radius": QuantityFormula(_radius, ("point", "origin")),
     "gap": QuantityFormula(_gap, ("point", "origin")),
     "tension": QuantityFormula(_sum, ("rope",)),
@@ -246,7 +255,7 @@ LINED = (  # quantities of the lines of ropes
     "swing along", "swing across", *LEADS, "off-lead", "slope", "vertical load", "pull", "reserve", *SIDES,
 )  # fmt: skip
 OF_GROUPS = {**ON_BASES, **ABOUT_JOINTS}  # of all bodies that a base or joint carries
-COUNTS = {"gap": 6, "load": 2, "vertical load": 1, "pull": 2, "reserve": 3}  # numbers it has
+COUNTS = {"gap": 6, "overhang": 2, "load": 2, "vertical load": 1, "pull": 2, "reserve": 3}  # numbers it has
 COUNTS |= {"place along": 1, "place across": 1, **OF_GROUPS}
 
 
@@ -265,8 +274,8 @@ def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
     given = [p for p in (h.point, h.origin)[: _places(h)] if p is not None]
     if h.quantity == "gap":
         return tuple(moved_point(p, d) for p in given for d in TIPS)
-    if h.quantity == "height over":
-        given.append(moved_point(given[1], TIPS[3]))
+    tips = {"height over": TIPS[3:], "overhang": TIPS[1:]}.get(h.quantity, ())
+    given += [moved_point(given[1], tip) for tip in tips]
     return tuple(given)
 
 
@@ -309,7 +318,7 @@ def check_signal(h: ScalarSignal, system: System, label: str) -> None:
     if len(h.numbers) != COUNTS.get(h.quantity, len(h.numbers)):
         raise KernelError(f"{label}: {a} needs {COUNTS[h.quantity]} numbers, not {len(h.numbers)}")
     if h.quantity == "moment" and (len(h.numbers) < 3 or len(h.numbers) % 2 == 0 or min(h.numbers[2::2]) <= 0.0):
-        raise KernelError(f"{label}: a moment needs a chart: a tension, then radii and tensions greater than zero")
+        raise KernelError(f"{label}: a moment needs a chart as numbers: a tension, then pairs (radius, tension > 0)")
     if h.quantity == "use" and len(h.numbers) != len(h.ropes):
         raise KernelError(
             f"{label}: a utilisation needs a limit for each of {len(h.ropes)} ropes, not {len(h.numbers)}"
@@ -319,7 +328,7 @@ def check_signal(h: ScalarSignal, system: System, label: str) -> None:
         len(h.numbers) < 4 or len(h.numbers) % 2 or min(h.numbers[3::2]) <= 0.0 or not rising
     ):
         raise KernelError(
-            f"{label}: a utilisation by place needs a chart: two numbers, then increasing places and loads above zero"
+            f"{label}: this utilisation needs a chart: two numbers, then pairs (place, load > 0) with ascending places"
         )
     if h.quantity == "wind" and h.of not in {x.name for x in system.forces}:
         raise KernelError(f"{label}: there is no wind '{h.of}'")

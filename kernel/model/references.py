@@ -29,8 +29,7 @@ SAME = 1e-9  # relative difference of two values that is round-off
 
 @dataclass
 class ReferenceProfile:
-    """Reference of an actuator: a speed profile that starts from the value x0, and the followed master signals with
-    their coefficients."""
+    """Reference of an actuator: a speed profile from the value x0, and coefficients of followed master signals."""
 
     start_ns: int
     x0: float
@@ -39,8 +38,7 @@ class ReferenceProfile:
 
 
 class References:
-    """Speed profiles and followed master signals of all drives and winches, written into the parameter block P; `admit`
-    is called before each command."""
+    """Speed profiles and followed master signals of all drives and winches, written into the parameter block P."""
 
     def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -61,7 +59,7 @@ class References:
         self.waves = WavePieces(irregular_waves(system), parameters.at, P)
         waves = [*(d.wave for d in system.drives), *(s.wave for s in given.values())]
         self._ramps = {round(wave.ramp * 1e9) for wave in waves if wave}
-        self.admit: Callable[[str], None] = lambda command: None
+        self.admit: Callable[[str], None] = lambda command: None  # called before each command
         self._epoch_ns = 0
         self.actuators = {n: ReferenceProfile(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
 
@@ -81,6 +79,8 @@ class References:
     def own(self, name: str, t_ns: int) -> tuple[float, float]:
         """Return value and speed of an actuator's own speed profile at a time, without the followed master signals."""
         a = self._actuator(name)
+        if a.move is REST:
+            return a.x0, 0.0
         t = (t_ns - a.start_ns) * 1e-9
         speed = a.move.speed(t)
         return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
@@ -90,8 +90,7 @@ class References:
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """Return an actuator's reference at a time: its own profile plus functions of the master signals that it
-        follows.
+        """Return an actuator's reference at a time: its own profile plus functions of followed master signals.
 
         A measured joint counts with the reference of its drive.
         """
@@ -187,8 +186,7 @@ class References:
             a.start_ns, a.x0, a.move = t_ns, self.own(name, t_ns)[0], REST
 
     def write(self, epoch_ns: int) -> None:
-        """Write the profiles, followed master signals and histories of all actuators into the parameter block P, with
-        times in seconds since the epoch."""
+        """Write profiles, followed master signals and histories of all actuators into P; times [s] since the epoch."""
         self._epoch_ns = epoch_ns
         rows = list[float]()
         for a in self.actuators.values():
@@ -205,8 +203,7 @@ class References:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
-        """Return the sorted times since the epoch [s], after `after`, at which reference accelerations or slopes
-        jump."""
+        """Return the sorted times after `after` [s since the epoch] at which reference accelerations or slopes jump."""
         out = {*self.histories.breaks(epoch_ns, after), *self.waves.breaks(epoch_ns, after)}
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
@@ -234,8 +231,7 @@ class References:
 
 
 class Histories:
-    """Piecewise linear time histories of all signals; a piece is its local start [s], the value there, and the
-    slope."""
+    """Piecewise linear time histories of all signals, in pieces with start in local time [s], value and slope."""
 
     def __init__(self, signals: dict[str, InputSignal], parameters: ParameterLayout, P: np.ndarray) -> None:
         self._P = P

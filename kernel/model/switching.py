@@ -61,8 +61,7 @@ class Switches:
         return StateChange(name, *law.law.switch(law.force, self._P[self._at[law.law.kind, name]], what, shown))
 
     def watch(self, name: str, value: float, rising: bool) -> None:
-        """Arm a threshold, so that its signal's crossing of `value` is an event; raises KernelError if it is
-        unknown."""
+        """Arm a threshold: an event when its signal crosses `value`; raises KernelError for an unknown threshold."""
         p = self._threshold_numbers(name)
         if not isfinite(value):
             raise KernelError(f"threshold '{name}': {value} is not a valid threshold; it must be a finite number")

@@ -52,15 +52,15 @@ class Tangent:
 
     @property
     def work(self) -> int:
-        """Size of the work block of `rate` in numbers: state, results, displacements."""
+        """Size, in numbers, of the work block of the native function `tangent`: state, results, displacements."""
         return self.sizes["dy"] + sum(self.sizes.values()) + self.abreast * self.nq
 
     def functions(self, rate: Rate) -> list[Primitive]:
-        """Return the native functions `tangent`(t, y, P, G, order, columns, work, J), which computes the tangent
-        stiffness, `factorise_tangent`(M), and `solve_tangent`(M, b, tail, x).
+        """Return the native functions that compute the tangent stiffness, factorise it, and solve with its factors.
 
-        order: weights of the two differences; columns (nv, 4): difference step (0: skip this column), number of the
-        evaluation with its coordinate rates, and the range of coordinates that it displaces.
+        `tangent`(t, y, P, G, order, columns, work, J), `factorise_tangent`(M), `solve_tangent`(M, b, tail, x). order:
+        weights of the two differences; columns (nv, 4): difference step (0: skip this column), number of the evaluation
+        with its coordinate rates, and the range of coordinates that it displaces.
         """
         c = LoopEmitter("factorise_tangent", ["M"])
         self.factors.factorise(c)
@@ -162,13 +162,12 @@ class Tangent:
 def one_sided(
     at: Places, rate: Rate, sizes: Mapping[str, int], nq: int, nv: int, row: int, steps: tuple[float, float]
 ) -> Primitive:
-    """Return the native function `one_sided`(X, P, M): derivatives of the accelerations at state z by one-sided
-    differences, in columns of M with stride `row`.
+    """Return the native function `one_sided`(X, P, M), which differentiates the accelerations by one-sided differences.
 
-    One-sided differences of `steps`, first by displacements, then, if X asks for more than nv columns, by velocities. X
-    holds the state z with its accelerations `here`, the time `now` with a time `within` its step, the coordinate rates
-    `way0`, `way1`, ... of unit velocities of several joints each, and for each displacement the number of its `way` and
-    its range of coordinates.
+    The derivatives at the state z are stored in columns of M with stride `row`. Differences of `steps`, first by
+    displacements, then, if X asks for more than nv columns, by velocities. X holds the state z with its accelerations
+    `here`, the time `now` with a time `within` its step, the coordinate rates `way0`, `way1`, ... of unit velocities of
+    several joints each, and for each displacement the number of its `way` and its range of coordinates.
     """
     ny, distances = sizes["dy"], at["way0"].start
     c = LoopEmitter("one_sided", ["X", "P", "M"])
@@ -251,7 +250,7 @@ class KineticShares:
         self._velocities = coordinate_names(program.graph)[1]
 
     def energy(self, shape: np.ndarray) -> float:
-        """Return the kinetic energy of an oscillation with complex velocities, or twice that of real ones [J]."""
+        """Return v^H H v [J] for the velocities v of a mode shape: twice the kinetic energy if they are real."""
         return float(sum((shape[at].conj() @ H @ shape[at]).real for _, at, H in self._parts))
 
     def momenta(self, shape: np.ndarray) -> dict[str, np.ndarray]:

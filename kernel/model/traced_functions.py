@@ -21,8 +21,10 @@ from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 @dataclass(frozen=True)
 class SharedTree:
-    """The traced functions that kinematic trees of one kind share. `ends`: bodies on which laws act; `opened`:
-    functions for constraint rows on the bodies `held`."""
+    """The traced functions that kinematic trees of one kind share.
+
+    `ends`: bodies on which laws act; `opened`: functions for constraint rows on the bodies `held`.
+    """
 
     ends: tuple[int, ...]
     held: tuple[int, ...]

@@ -84,7 +84,6 @@ def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
 
 
 def turned_at_start(graph: "Graph", poses: Poses, a: str, b: str, axis: np.ndarray) -> float:
-    """Return the rotation [rad] of body b relative to body a about a world axis: the sum of the joint angles
-    between."""
+    """Return the rotation [rad] of body b relative to body a about a world axis: the sum of joint angles."""
     along = [(x, q) for x, q in between(graph, poses, a, b) if x is not None]
     return float(sum((x @ axis) * q for x, q in along if np.linalg.norm(np.cross(x, axis)) <= PARALLEL))

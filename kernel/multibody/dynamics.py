@@ -24,8 +24,7 @@ from .trees import Tree
 
 @dataclass(frozen=True)
 class LtdlFactors:
-    """Factors H = L^T D L of a tree's joint-space inertia over its free degrees of freedom, without fill-in along the
-    paths.
+    """Factors H = L^T D L of a tree's joint-space inertia over its free degrees of freedom, without fill-in.
 
     L[k, i] for i on the path of k (its unit diagonal is not stored), D_inverse[k] = 1/D_k.
     """
@@ -110,8 +109,10 @@ class Equations:
 def equations_of_motion(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> Equations:
-    """Set up the recursive equations (Ku et al. 2012, Fig. 6 (a)-(e)) as the linear system of the joint accelerations;
-    arguments as of `dynamics`."""
+    """Set up the recursive equations of Ku et al. (2012) as a linear system for the joint accelerations.
+
+    Fig. 6 (a)-(e); arguments as of `dynamics`.
+    """
     K = kinematics(tree, q, v, g, a_ref)
     I, F = composites(tree, K, W)
     H = joint_space_inertia(tree, K, I)
@@ -134,8 +135,10 @@ def dynamics(
 
 
 def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Return, for each body of a tree, its composite inertia I^c and its joint wrench when all accelerations are zero
-    (Ku et al. 2012, Fig. 6 (c), (d))."""
+    """Return, for each body of a tree, its composite inertia I^c and its joint wrench at zero accelerations.
+
+    Ku et al. 2012, Fig. 6 (c), (d).
+    """
     I, F = newton_euler(tree, K, W)
     for i, b in enumerate(tree.bodies):
         if b.elastic is not None:
@@ -150,7 +153,7 @@ def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], 
 
 
 def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
-    """Yield S^T F (n_v,): the joint forces [N or N m] that keep all accelerations of `composites` at zero.
+    """Yield S^T F (n_v,): the joint forces [N or N m] that would keep all joint accelerations at zero.
 
     The force on a mode has contributions from its own body (equation (8) of `flexible.attachment`) and from the bodies
     that this body carries.
@@ -166,8 +169,10 @@ def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
 
 
 def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple[int, int], Scalar]:
-    """Return the joint-space inertia H[k, l] = S_l^T I^c S_k of a tree for l on the path of k (CRBA); raises
-    KernelError for a motion without inertia."""
+    """Return the joint-space inertia H[k, l] of a tree, l on the path of k; KernelError for a motion without inertia.
+
+    H[k, l] = S_l^T I^c S_k (composite rigid-body algorithm).
+    """
     H: dict[tuple[int, int], Scalar] = {}
     of = tree.body_of_dof
     for k, (i, path) in enumerate(zip(of, tree.dof_paths, strict=True)):
@@ -236,8 +241,7 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
 
 
 def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinematics:
-    """Return poses, twists and accelerations of all bodies of a tree, with gravity as upward acceleration of the
-    ground."""
+    """Return poses, twists and accelerations of a tree's bodies, with gravity as upward acceleration of the ground."""
     K = kinematics(tree, q, v, g, [0.0] * len(tree.prescribed_dofs))
     X: list[Array] = []  # what the accelerations of the joints add
     for i, (b, S) in enumerate(zip(tree.bodies, K.S, strict=True)):
@@ -254,8 +258,7 @@ def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinemat
 
 
 def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> Array:
-    """Return, for every flexible body in its own axes, the forces on it and the motion of its frame, which load it
-    axially.
+    """Return what loads each flexible body axially, in its own axes: forces on it and motion of its frame.
 
     The forces (3,) of other bodies on it [N], the acceleration (3,) of its frame less gravity [m/s2], and its angular
     velocity (3,) [rad/s]; arguments as in `inverse_dynamics`.
@@ -274,8 +277,7 @@ def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Sc
 
 
 def inverse_dynamics(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> tuple[Array, list[Array]]:
-    """Return the joint forces tau (n_v,) that cause the accelerations dv of a tree, and the wrenches of joints on
-    bodies.
+    """Return the joint forces tau (n_v,) that cause the accelerations dv of a tree, and the joints' wrenches on bodies.
 
     W: wrench (6,) applied to each body; the result also has a wrench (6,) per body, [moment; force] in world axes about
     the tree's point [N m, N]. Prescribed joints are treated like all others: tau is then the effort required of their

@@ -111,8 +111,8 @@ class Graph:
         if f"{on.body.name}@{x:.9g}" != body:
             at = ", ".join(f"{e:g}" for e in link.joint.p_PJ)
             raise KernelError(
-                f"{where}: its end on the flexible body '{on.body.name}' cannot leave the station "
-                f"({at}); use one rope for each station, and hook the other rope"
+                f"{where}: its end is fixed to the station ({at}) of the flexible body "
+                f"'{on.body.name}'; use one rope for each station, and hook the other rope"
             )
         return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
 
@@ -144,7 +144,7 @@ class Graph:
         return link.q.start + i, link.v.start + i
 
     def trees(self) -> list[range]:
-        """Return the ranges of link numbers of the trees, one per body on the ground or group that shares water."""
+        """Return the range of link numbers of each tree: one per body on the ground, or per group that shares water."""
         roots = [i for i, k in enumerate(self.links) if k.parent < 0 and not k.body.shared] + [len(self.links)]
         return [range(a, b) for a, b in pairwise(roots)]
 
@@ -220,8 +220,10 @@ def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[s
 
 
 def path_matrix(parents: list[int]) -> np.ndarray:
-    """Return the path matrix T (n, n) of a regular numbering (parents[i] < i, -1 = ground): T_ki = 1 where joint i lies
-    on the path from the ground to body k."""
+    """Return the path matrix T (n, n): T_ki = 1 where joint i lies on the path from the ground to body k.
+
+    The numbering must be regular: parents[i] < i, -1 is the ground.
+    """
     n = len(parents)
     T = np.eye(n, dtype=int)
     for i, p in enumerate(parents):
@@ -231,8 +233,10 @@ def path_matrix(parents: list[int]) -> np.ndarray:
 
 
 def children_of(T: np.ndarray, i: int) -> list[int]:
-    """Return the child joints of body i from the path matrix T: the first joints to the right of column i in the rows k
-    with T_ki = 1."""
+    """Return the child joints of body i from the path matrix T.
+
+    They are the first joints to the right of column i in the rows k with T_ki = 1.
+    """
     first = {next((j for j in range(i + 1, len(T)) if T[k, j]), None) for k in range(len(T)) if T[k, i]}
     return sorted(j for j in first if j is not None)
 

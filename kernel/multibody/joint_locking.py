@@ -54,7 +54,7 @@ def check_locks(system: System, graph: Graph) -> None:
                 f"{where} is moved by the prescribed drive '{placed[joint.name]}'; stop the drive instead"
             )
         if joint.name in taken:
-            raise KernelError(f"{where} already has the lock '{taken[joint.name]}'")
+            raise KernelError(f"{where} already has the lock '{taken[joint.name]}'; remove one of them")
         # a joint cannot be locked and moving at once
         if lock.engaged and any(joint.v0):
             raise KernelError(f"{where} is locked at the start; its initial velocity must be zero")
@@ -62,8 +62,7 @@ def check_locks(system: System, graph: Graph) -> None:
 
 
 def halt_function(k: int, tree: Tree) -> Function:
-    """Return the traced function, for one kind of tree, of the velocities after its locked joints have stopped and of
-    the impulses in prescribed joints."""
+    """Return the traced function that stops a tree's locked joints: new velocities, impulses in prescribed joints."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
 
     def halt(q: Array, v: Array, P: Array) -> Outputs:

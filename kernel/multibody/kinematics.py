@@ -50,8 +50,9 @@ Base = tuple[Array, Array, Array, Array]  # R, r, V, A of what a root stands on
 
 
 def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), base: Base | None = None) -> Kinematics:
-    """Return the motion of all bodies of a tree with zero accelerations of the free joints (Ku et al. 2012, Fig. 6 (a),
-    (b)).
+    """Return the motion of all bodies of a tree with zero accelerations of the free joints.
+
+    Ku et al. 2012, Fig. 6 (a), (b).
 
     a_ref (n_prescribed,): accelerations of the prescribed joints. `base`: the body that carries the root, if that is
     not the ground; r then counts from the reference point of its tree.

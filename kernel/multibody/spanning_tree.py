@@ -17,7 +17,7 @@ from heavylift.kernel.errors import KernelError
 
 
 def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str, Joint], tuple[Joint, ...]]:
-    """Return the joint that carries each body, and the joints that close loops, in the order of the list.
+    """Return the joint that carries each body, and the joints that close loops, in the order of `joints`.
 
     Raises KernelError for a joint that connects a body to itself, and for a loop in which no joint can be cut.
     """
@@ -103,7 +103,7 @@ def _check(j: Joint, acted: Mapping[str, str], carrier: Mapping[str, Joint]) -> 
     other = carrier[j.child].name if j.child in carrier else WORLD
     if j.kind == "free":
         raise KernelError(
-            f"joint '{j.name}': a free joint constrains nothing, and '{other}' carries '{j.child}' already"
+            f"joint '{j.name}': a free joint constrains nothing, and '{other}' carries '{j.child}' already; remove it"
         )
     if j.name in acted:
         raise KernelError(

@@ -29,8 +29,7 @@ _PARTS = (
 
 @dataclass(frozen=True)
 class AddedMass:
-    """Added mass A (6, 6) of a body: maps its twist to the momentum of the water [angular; linear], about the body's
-    origin and in its axes."""
+    """Added mass A (6, 6) of a body about its origin, in its axes: twist -> momentum of water [angular; linear]."""
 
     A: Array
 
@@ -101,8 +100,10 @@ class Tree:
 
     @cached_property
     def places(self) -> list[int]:
-        """Positions of the parameters among all numbers of the tree: interleaved for equal bodies, so vector calls load
-        them at once (see `simd_batches`)."""
+        """Positions of the parameters among all numbers of the tree.
+
+        Interleaved for equal bodies, so that vector calls load them at once (see `simd_batches`).
+        """
         depths: list[int] = []
         leaders: dict[tuple[int, str, int], int] = {}
         places: list[tuple[int, int, int, int]] = []
@@ -121,8 +122,10 @@ class Tree:
 
     @property
     def dof_paths(self) -> list[list[int]]:
-        """For each degree of freedom, those between it and the ground, nearest first, then those of a body with which
-        the root shares water: the sparsity pattern of H."""
+        """Sparsity pattern of H: for each degree of freedom, those between it and the ground, nearest first.
+
+        They are followed by those of a body with which the root shares water.
+        """
         paths: list[list[int]] = []
         last: list[int | None] = []
         for b in self.bodies:
@@ -247,7 +250,7 @@ def all_numbers(bodies: Sequence[TreeBody]) -> list[Any]:
 
 
 def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
-    """Return the parameters of a tree, in the order of `with_numbers`, taken from `all_numbers` of an equal tree."""
+    """Return the parameters of a tree in the order of `with_numbers`, selected from all its numbers."""
     return [every[i] for i in tree.places]
 
 

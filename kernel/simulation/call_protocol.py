@@ -42,8 +42,10 @@ class CallProtocol:
             )
 
     def stands_at(self, t_ns: int, epoch_ns: int) -> bool:
-        """Return whether the simulation has already stopped at the time of an interrupt; raises KernelError for a call
-        out of order or an invalid time."""
+        """Return whether the simulation has already stopped at the time of an interrupt.
+
+        Raises KernelError for a call out of order or an invalid time.
+        """
         self.check_begun()
         check_time(t_ns)
         if self.phase in (PAUSED, FIRED, STOPPED) and t_ns == epoch_ns:
@@ -80,7 +82,7 @@ def check_present(t_ns: int, present_ns: int) -> None:
 
 
 def passed_by(t_ns: int, event_ns: int, names: Sequence[str]) -> KernelError:
-    """Return the error for an interrupt that would skip an earlier event with a subscriber."""
+    """Return the error for an interrupt after an earlier event that has a subscriber."""
     what = ", ".join(f"'{name}'" for name in dict.fromkeys(names))
     return KernelError(
         f"time {t_ns} ns: an event of {what} at {event_ns} ns comes before; call fire() and settle() first"

@@ -52,8 +52,10 @@ class CommandSwitches:
         references.admit = switches.admit = self.admit
 
     def admit(self, what: str) -> None:
-        """Register a command to the simulation, after which `settle` checks the guards again. Raises KernelError if
-        commands are not allowed now (see `call_protocol`)."""
+        """Register a command to the simulation, after which `settle` checks the guards again.
+
+        Raises KernelError if commands are not allowed now (see `call_protocol`).
+        """
         self._order.command(what, self._native.epoch)
         self._events.forget()
 
@@ -120,7 +122,7 @@ class CommandSwitches:
         if name not in steered(self._native.program.system):
             raise KernelError(f"'{name}' is not a driven signal of a force; move it by a profile")
         if not isfinite(value):
-            raise KernelError(f"'{name}': {value!r} is not a valid value of a signal")
+            raise KernelError(f"'{name}': {value!r} is not a valid value of a signal; give a finite number")
         self.references.set_value(name, self._native.epoch, value)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
@@ -233,8 +235,7 @@ def _moving_drive(program: Program, v: np.ndarray) -> str:
 
 
 class LiftRowsView(Protocol):
-    """Interface of the sample rows recorded after the events of one lift among several: times [ns] and rows; `method`
-    describes their layout."""
+    """Interface of the sample rows of one lift, recorded after its events: times [ns] and rows; `method`: layout."""
 
     name: str
     method: Stepping
@@ -242,8 +243,10 @@ class LiftRowsView(Protocol):
 
 
 class CommandTarget(ABC):
-    """Interface of a simulation that receives commands; each command raises KernelError for an unknown name and when
-    called out of order."""
+    """Interface of a simulation that receives commands.
+
+    Each command raises KernelError for an unknown name and when called out of order.
+    """
 
     @property
     def alone(self) -> Sequence[LiftRowsView]:

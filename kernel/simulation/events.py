@@ -103,8 +103,8 @@ class Events:
             self._integrator.take_back()
 
     def take(self) -> tuple[list[int], int]:
-        """Commit the step up to the located event; return its negative guards and its time. Raises KernelError for too
-        many events."""
+        """Commit the step up to the located event; return negative guards and time. Raises KernelError for too many
+        events."""
         fallen, t_ns = self.fallen, self.t_ns
         self.forget()
         self._integrator.commit()
@@ -144,15 +144,14 @@ class Events:
 
     def heat(self, before: SimpleNamespace) -> None:
         # a switch keeps coordinates and velocities; elastic energy that a law forgets becomes its heat
-        """Count the stored energy that laws lost by switching as heat; `before`: sample row before they switched."""
+        """Count as heat the stored energy that laws have lost by switching; `before`: sample row before the switch."""
         native = self._native
         first = native.program.nq + native.program.nv
         stored = native.method.row_layout.at["stored"]
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log events that have happened; add a note for a beam at its first deflection limit, and make a rope that
-        switches too often continue without events."""
+        """Log events, note beams at their first deflection limit, and damp elastic ropes that rattle."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:

@@ -16,7 +16,7 @@ TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 
 
 class HeldRows:
-    """The constraint rows of a run: loops, rigid ropes and contacts, with the decisions at events."""
+    """The constraint rows of a run (loops, rigid ropes, contacts); determines at events which of them are active."""
 
     def __init__(self, native: NativeState, references: References) -> None:
         self._native, self._references = native, references

@@ -30,7 +30,7 @@ class SampleRecorder:
         return self.number * self.sample_ns
 
     def drain(self) -> None:
-        """Move the sample rows that native code has written to `rows`."""
+        """Move the sample rows from the native table, in which native code wrote them, to `rows`."""
         native = self._native
         if native["row"] > 0.0:
             rows = native.table[: int(native["row"])].copy()
@@ -81,8 +81,7 @@ class SampleRecorder:
             self.number += 1
 
     def keep(self, t_ns: int, row: np.ndarray) -> None:
-        """Check a row that native code has written and store it as a sample; raises KernelError if the row shows an
-        invalid state, such as a rope completely wound up."""
+        """Store a row written by native code as a sample; raises KernelError if it shows an invalid state."""
         native = self._native
         at = native.method.row_layout.at
         check_lengths(native.program, t_ns * 1e-9, row[at["length"]])
@@ -97,14 +96,14 @@ class SampleRecorder:
         self.rows.append((t_ns, row))
 
     def new_stretch(self) -> None:
-        """Restart the numbers of periodic samples at the epoch, the time of the last event or command."""
+        """Restart the numbering of periodic samples at the epoch, the time of the last event or command."""
         base = self._native.local(self.next_ns)
         self._native.set(t_base=base, t_out=base, dt_out=self.sample_ns * 1e-9, count=0.0)
 
     # ---- rests --------------------------------------------------------------------------------------------
 
     def rest(self, t_ns: int) -> None:
-        """Record a period of rest up to t_ns as one row for `unroll`; raises KernelError for lasting compression."""
+        """Record rest up to t_ns as one row, which `unroll` repeats; raises KernelError for lasting buckling."""
         first = self.next_ns
         if first > t_ns:
             return
@@ -122,7 +121,7 @@ class SampleRecorder:
                 return
 
     def unroll(self, start_ns: int = 0) -> bool:
-        """Write the next samples of a stored period of rest as rows, from a time on; return whether more remain."""
+        """Write the next samples of a stored period of rest, starting at a time; return whether more remain."""
         if self.rested is None:
             return False
         first, end, row = self.rested

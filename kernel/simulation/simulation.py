@@ -200,7 +200,7 @@ class Simulation(CommandTarget):
         """Integrate to the located event and switch the laws whose guards are negative; return the events."""
         if not self.events.fallen:
             self.order.check_settled("fire", self.epoch)
-            raise KernelError("no event has been located; run first")
+            raise KernelError("no event has been located; call run() first")
         self.order.phase = STOPPED
         fallen, t_ns = self.events.take()
         self._end_stretch(t_ns)
@@ -210,8 +210,10 @@ class Simulation(CommandTarget):
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Integrate to t_ns so that commands can be given; `pause` as in `run`. Raises KernelError for a time before
-        committed steps or after an event."""
+        """Integrate to t_ns so that commands can be given; `pause` as in `run`.
+
+        Raises KernelError for a time before committed steps or after an event.
+        """
         if self.order.stands_at(t_ns, self.epoch):
             return
         check_present(t_ns, self.present_ns)

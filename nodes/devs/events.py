@@ -10,12 +10,12 @@ a node: the local `Simulator` of one or several models, and the mechanics kernel
 
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Annotated, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, NamedTuple, Protocol, Self, cast, runtime_checkable
 
 import msgspec
 from msgspec import Meta
 
-from .messages import Message, decode
+from .messages import Message, decode, encode
 
 
 class Tag(NamedTuple):
@@ -39,7 +39,7 @@ FOREVER = Tag(NEVER, 0)
 
 
 def tag_of(instant: Instant) -> Tag:
-    """Return the `Tag` made from a plain pair (t, k); three times as fast as `Tag(*instant)`."""
+    """Return the `Tag` of a pair (t, k), faster than a call of `Tag`."""
     return tuple.__new__(Tag, instant)
 
 
@@ -90,9 +90,48 @@ def ns(t: float) -> int:
 Order = tuple[int, int, str, str, int]  # t, k, source, port, index: the total order of events
 
 
+class Passed:
+    """The message of an event within this process, which is encoded only when its bytes are needed."""
+
+    __slots__ = ("_bytes", "value")
+
+    def __init__(self, value: Message) -> None:
+        self.value, self._bytes = value, b""
+
+    @property
+    def payload(self) -> bytes:
+        """The canonical bytes of the message."""
+        if not self._bytes:
+            self._bytes = encode(self.value)
+        return self._bytes
+
+    def __eq__(self, other: object) -> bool:
+        return self.payload == in_bytes(other)
+
+    def __lt__(self, other: object) -> bool:
+        return self.payload < in_bytes(other)
+
+    def __gt__(self, other: object) -> bool:
+        return self.payload > in_bytes(other)
+
+    def __hash__(self) -> int:
+        return hash(self.payload)
+
+
+def in_bytes(content: object) -> bytes:
+    """Return the content of an event as bytes; used as `enc_hook` by all encoders of events."""
+    if isinstance(content, Passed):
+        return content.payload
+    if isinstance(content, bytes):
+        return content
+    raise NotImplementedError(f"an event cannot carry {type(content).__name__}; send a Message")
+
+
 class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
-    """A message sent through an output port: logical time, source model, port, index among the port's messages at that
-    time, class name of the message, and its encoded bytes."""
+    """A message as sent through an output port, with its logical time.
+
+    `port` belongs to the model `source`; `index`: place of the message among those sent there at that time; `type` and
+    `payload`: class name and encoded bytes of the message or, within a process, a `Passed`."""
 
     t: Annotated[int, msgspec.Meta(ge=0)]
     k: Annotated[int, msgspec.Meta(ge=0)]
@@ -100,7 +139,13 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
     port: str
     index: Annotated[int, msgspec.Meta(ge=0)]
     type: str
-    payload: bytes
+    content: bytes
+
+    @classmethod
+    def of(cls, t: int, k: int, source: str, port: str, index: int, value: Message) -> Self:
+        """Return an event that carries a message as its receivers decode it (see `ports.travelling`)."""
+        # declared as bytes, which is what a decoder makes; the encoders' hook turns this into bytes
+        return cls(t, k, source, port, index, type(value).__name__, cast(bytes, Passed(value)))
 
     @property
     def tag(self) -> Tag:
@@ -113,9 +158,15 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
         return self.t, self.k, self.source, self.port, self.index
 
     @property
+    def payload(self) -> bytes:
+        """The canonical bytes of the event's message."""
+        return in_bytes(self.content)
+
+    @property
     def value(self) -> Message:
-        """A new copy of the event's message, decoded from its bytes."""
-        return decode(self.type, self.payload)
+        """The event's message, which is immutable; decoded anew from bytes that came from another process."""
+        content: object = self.content
+        return content.value if isinstance(content, Passed) else decode(self.type, self.content)
 
 
 class AtomicResult(msgspec.Struct, frozen=True):
@@ -132,7 +183,7 @@ class AtomicResult(msgspec.Struct, frozen=True):
 
 
 class Slack(msgspec.Struct, frozen=True):
-    """The observed lookahead of an output port: the shortest time [ns] from scheduling an output to sending it."""
+    """The declared lookahead of an output port, and the shortest observed time [ns] from scheduling to sending."""
 
     port: str  # path of the atomic's port
     declared_ns: int
@@ -166,8 +217,9 @@ class Steppable(Protocol):
 
     @property
     def quiet(self) -> Tag:
-        """The earliest logical time at which the node can send an event if no input arrives. This is next_time, or
-        later if the outputs at next_time are known to be empty."""
+        """The earliest logical time at which the node can send an event if no input arrives.
+
+        This is next_time, or later if the outputs at next_time are known to be empty."""
 
     def start(self) -> None:
         """Set the initial state of the node at logical time (0, 0)."""
@@ -176,17 +228,17 @@ class Steppable(Protocol):
         """Return the events that the node sends to other nodes at next_time, in their total order."""
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Execute the node's transitions at `tag` with the input events `bag`. `tag` is at most next_time. Later
-        transitions before `until` follow, as long as none of them sends an event to another node."""
+        """Execute the node's transitions at `tag` (at most next_time) with the input events `bag`.
+
+        Transitions before `until` are executed too, as long as no event is sent to another node."""
 
     def among(self) -> list[Event]:
-        """Return the events since the last call that were sent between models of this node or that have no receiver, in
-        total order."""
+        """Return the events sent within the node since the last call, which no other node receives, in total order."""
 
 
 @runtime_checkable
 class Keepable(Protocol):
-    """A `Steppable` whose state can be saved after a transition and restored in another object of the same model."""
+    """A `Steppable` whose state can be saved after a transition and restored in another copy of the model."""
 
     def snapshot(self) -> bytes:
         """Return the complete state of the node as bytes; raises HeavyliftError if some part cannot be saved."""

@@ -120,7 +120,7 @@ def _changeable(x: object) -> bool:
 
 
 def hints_of(cls: type) -> dict[str, object]:
-    """Return the annotated types of the fields of a struct."""
+    """Return the annotated types of the fields of a message class."""
     hints = typing.get_type_hints(cls, localns={cls.__name__: cls}, include_extras=True)
     return {name: hints[name] for name in cls.__struct_fields__}  # type: ignore[attr-defined]
 

@@ -26,8 +26,7 @@ Child = TypeVar("Child", bound="Model")
 
 
 class Present:
-    """State shared by a simulator and its models: logical time, active atomic model, outputs, and requested changes of
-    the model structure."""
+    """State shared by a simulator and its models: logical time, active model, outputs, requested structure changes."""
 
     __slots__ = ("busy", "changes", "live", "node", "now", "sources", "speaker", "values")
 
@@ -131,8 +130,9 @@ def _wrong(name: str) -> str:
 
 
 class Atomic(Model):
-    """Base class of atomic DEVS models. A subclass overrides `start`, `external`, `output`, `internal`, and if needed
-    `confluent`."""
+    """Base class of atomic DEVS models.
+
+    A subclass overrides `start`, `external`, `output`, `internal`, and if needed `confluent`."""
 
     __slots__ = ("_index", "_last", "_more", "_place", "_plain", "_port", "_set", "_t", "_value", "_wait")
 
@@ -173,23 +173,23 @@ class Atomic(Model):
 
     def external(self, e: int, x: Bag) -> None:
         """Make the external transition: handle the bag x of inputs, which arrives e [ns] after the last transition."""
-        raise ModelError("an input arrived, but the model defines no external()")
+        raise ModelError("an input arrived, but the model defines no external(); define it")
 
     def output(self) -> None:
-        """Send the model's outputs at the present logical time; must not change the state. The simulator calls it
-        before `internal`, possibly twice."""
+        """Send the model's outputs at the present logical time; must not change the state.
+
+        The simulator calls it before `internal`, possibly twice."""
 
     def internal(self) -> None:
         """Make the internal transition at the scheduled logical time."""
-        raise ModelError("the scheduled time came, but the model defines no internal()")
+        raise ModelError("the scheduled time came, but the model defines no internal(); define it")
 
     def result(self) -> Message | None:
         """Return the model's result at the end of a run, or None if it has none; must not change the state."""
         return None
 
     def confluent(self, x: Bag) -> None:
-        """Make the transition for inputs that arrive when an internal transition is due: by default `internal`, then
-        `external`."""
+        """Make the transition for inputs at an internal transition; by default `internal`, then `external`."""
         self.internal()
         self.external(0, x)
 
@@ -263,7 +263,8 @@ class Coupled(Model):
         return super().add_in(name, type)
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
-        """Add an output port to the coupled model and return it; its lookahead is that of the atomics that feed it."""
+        """Add an output port to the coupled model and return it; the atomic models that feed it determine its
+        lookahead."""
         self._reachable("add_out")
         if lookahead:
             raise ModelError(f"{self.path}: port {name}: declare the lookahead on the atomic that sends")

@@ -27,7 +27,7 @@ M = TypeVar("M", bound=Message)
 
 
 def travelling(value: M, port: object) -> M:
-    """Return a message as its receiver decodes it.
+    """Return a message in the form in which its receiver gets it: encoded and decoded again.
 
     Raises ModelError, which names the port and the field, if encoding and decoding would change the message."""
     cls = type(value)

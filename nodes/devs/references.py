@@ -23,8 +23,7 @@ _importing = _Importing()
 
 
 def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
-    """Split a reference to a model into module or file, name, positional and keyword arguments; raises ModelError if
-    the reference cannot be parsed."""
+    """Split a reference to a model into module or file, name and arguments; raises ModelError if that is impossible."""
     where = reference.partition("(")[0].rpartition(":")[0]
     if any("\ud800" <= c <= "\udfff" for c in reference):
         raise ModelError(f"{reference!r} does not refer to a model: the file name is not valid UTF-8; rename the file")
@@ -55,7 +54,9 @@ def imported(where: str) -> ModuleType:
         raise ModelError(f"{where}: there is no such file") from error
     except ModuleNotFoundError as error:
         if error.name is not None and f"{where}.".startswith(f"{error.name}."):
-            raise ModelError(f"there is no module {where} in . or installed") from error
+            raise ModelError(
+                f"there is no module {where}, neither in this folder nor installed; check the name"
+            ) from error
         raise ModelError(f"{where} cannot be imported: {error}") from error
     except Exception as error:
         raise ModelError(f"{where} cannot be imported: {user_code.raised(error)}") from error

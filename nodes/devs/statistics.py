@@ -16,8 +16,7 @@ from .events import Tag
 
 
 class Tally:
-    """Count, mean, minimum and maximum of observations; without observations the mean is NaN and the extremes are
-    infinite."""
+    """Count, mean, minimum and maximum of observations; for no observations, the mean is NaN, the extremes infinite."""
 
     def __init__(self) -> None:
         self.count, self.mean, self.least, self.most = 0, nan, inf, -inf

@@ -104,7 +104,7 @@ def checks_of(
 
 
 def uncoloured(plan: Plan, shapes: Shapes) -> list[Check]:
-    """Return checks without a result: for parts that the scene does not have, and for effects that are not modelled."""
+    """Return the checks that get no colour: the scene has no part with this quantity, or the effect is not modelled."""
     quantities = {x.quantity for x in plan.limits}
     none = [first for first, *more in LISTED if not quantities & {first, *more}] if shapes.hooks else []
     found = [Check(quantity=x, subject="all", state="none", sentence=f"{x}: nothing of that kind") for x in none]
@@ -113,8 +113,7 @@ def uncoloured(plan: Plan, shapes: Shapes) -> list[Check]:
 
 
 def sea_of(plan: Plan) -> str:
-    """Return a sentence about the irregular waves of a plan, with the number of their components; "" if the plan has no
-    irregular waves."""
+    """Return a sentence about a plan's irregular waves, with the number of their components; "" without such waves."""
     of = [m.system for m in plan.machines]
     moved = [getattr(force, "signal", None) for x in of for force in x.forces] + [x for y in of for x in y.drives]
     n = len({w for x in moved if x and x.waves for w in x.waves.frequencies})
@@ -176,8 +175,10 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """Return the error estimate of a value in its unit; None if the error is unknown. A measured error of the
-    utilisation has precedence; otherwise, for a load carried by ropes, the errors of the rope tensions count."""
+    """Return the error estimate of the value of a `Use`, in the unit of its limit; None if the error is unknown.
+
+    A measured error of the utilisation has precedence; otherwise, for a load carried by ropes, the errors of the rope
+    tensions count."""
     limit, value = use.limit, abs(use.value or 0.0)
     if limit.quantity == "clearance" and "smallest clearance" in errors:
         return errors["smallest clearance"] * max(NEAR, value)
@@ -193,7 +194,7 @@ def error_of(use: Use, errors: Errors) -> float | None:
 
 
 def state_of(checks: Iterable[Check]) -> State:
-    """Return the worst state of all checks that can occur in the scene."""
+    """Return the worst state of the checks, ignoring those without a colour; amber if none is left."""
     return min((c.state for c in checks if c.state != "none"), key=STATES.index, default="amber")
 
 
@@ -258,7 +259,7 @@ def _size(check: Check) -> float:
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """Return one line of text for each quantity, with its check of highest utilisation; loads precede positions."""
+    """Return a line of text for each quantity, on its check with the highest utilisation; loads come first."""
     found: dict[str, Check] = {}
     if any(check.state == "red" and check.use is None for check in checks):
         return []  # what has no utilisation, such as a contact, governs

@@ -35,8 +35,9 @@ Key = tuple[str, str]
 
 
 class Clause(NamedTuple):
-    """A load factor that a clause of a standard requires. `value` is None if it follows from the lift or must be
-    confirmed."""
+    """A clause of a standard that requires a load factor.
+
+    `value` is None if the factor depends on the lift or must be confirmed."""
 
     source: str
     value: float | None = None
@@ -284,6 +285,5 @@ def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | N
 
 
 def product(limit: RatedLimit, *, dynamic: bool) -> float:
-    """Return the product of the load factors of a limit. If `dynamic`, without the dynamic factor, because the
-    simulated load includes the dynamics."""
+    """Return the product of a limit's load factors, without the dynamic factor if the load is already `dynamic`."""
     return prod(x.value for x in limit.factors if not (dynamic and x.name == "dynamic"))

@@ -79,8 +79,9 @@ def _gravity(plan: Plan) -> Iterator[Check]:
 
 
 def passes_through(a: Vector, b: Vector, half: Vector) -> float:
-    """Return the length [m] of the segment from a to b inside a box around the origin with half-extents `half`. Slab
-    method: Kay and Kajiya 1986, Ray tracing complex scenes."""
+    """Return the length [m] of the segment from a to b inside a box around the origin with half-extents `half`.
+
+    Slab method: Kay and Kajiya 1986, Ray tracing complex scenes."""
     first, last = 0.0, 1.0
     for p, q, h in zip(a, b, half, strict=True):
         d = q - p

@@ -31,7 +31,7 @@ def percent(use: float) -> str:
 
 
 def shown(limit: RatedLimit, value: float | None) -> str:
-    """Return a value of the quantity of a limit as text with its unit."""
+    """Return a value as text, in the unit in which messages show the quantity of the limit."""
     if value is None:
         return ""
     match limit.unit:
@@ -54,8 +54,7 @@ def shown(limit: RatedLimit, value: float | None) -> str:
 
 
 def bound(use: Use) -> float:
-    """Return the limit value that a utilisation refers to: of a lower and an upper limit, the one on the side of the
-    value."""
+    """Return the limit value that a utilisation refers to; of a lower and an upper limit, the nearer one."""
     limit = use.limit
     if limit.between is not None and use.value is not None:
         low, high = limit.between
@@ -74,8 +73,9 @@ def allowed(use: Use) -> str:
 
 
 def sentence(use: Use, ran: bool) -> str:
-    """Return a sentence about the utilisation of a limit: its value, the allowed value and the source of the limit. The
-    verb is "was" after a run (`ran`), and "would be" otherwise."""
+    """Return a sentence about the utilisation of a limit: the value, the allowed value, and the source of the limit.
+
+    The verb is "was" after a run (`ran`), and "would be" otherwise."""
     limit, load = use.limit, use.limit.unit in ("N", "kg")
     used = f", {percent(use.use or 0.0)}" if load and bound(use) else ""
     most = allowed(use) if bound(use) or not load else f"no load at that {limit.over or 'place'}"

@@ -115,8 +115,9 @@ def sling_signals(
 def signal_of(
     limit: RatedLimit, machines: Sequence[Mechanism], gravity: float, actions: Sequence[Action] = ()
 ) -> ScalarSignal | None:
-    """Return the signal that a limit checks; None if the limit checks several signals or a clearance. `gravity` [m/s2];
-    `actions`: needed only for the moments at the start of drives."""
+    """Return the signal that a limit checks; None if the limit checks several signals or a clearance.
+
+    `gravity` [m/s2]; `actions`: needed only for the moment of a drive that starts."""
     kind, (first, *_) = KINDS.get(limit.quantity), (*limit.elements, "")
     if kind and not limit.elements:
         return None

@@ -35,7 +35,7 @@ STANDS = 1e-9  # [m] between two samples of a rope whose winch stands
 
 @dataclass(frozen=True)
 class Reading:
-    """The values (n,) of a limit's quantity in its unit, and the exact maximum with its time [s] if it is known."""
+    """The sampled values (n,) of a limit's quantity and, if known, the exact maximum with its time [s]."""
 
     values: Column
     exact: tuple[float, float] | None = None
@@ -83,8 +83,9 @@ def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | Non
 
 
 def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """Return the argument of a limit's chart at each sample: trolley position or radius [m], or sling angle [rad]; None
-    if it was not recorded."""
+    """Return the argument of a limit's chart at each sample: trolley position, radius [m] or sling angle [rad].
+
+    None if the argument was not recorded."""
     if limit.over == "angle":
         slings = (x for name in limit.elements for x in sling_signals(name, "slope", plan.machines, plan.gravity))
         return _largest(plan, list(slings), signals)
@@ -100,8 +101,9 @@ def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | N
 def evaluated(
     plan: Plan, x: ScalarSignal, signals: SignalColumns, given: Mapping[str, Column] | None = None
 ) -> Column | None:
-    """Return the values (n,) of a signal at the samples, in SI units; None if its data are not recorded. `given`:
-    columns (n,) to use instead of the recorded ones."""
+    """Return the values (n,) of a signal at the samples, in SI units; None if its data are not recorded.
+
+    `given`: columns (n,) to use instead of the recorded ones."""
     if given is None:
         return signals.once(x, lambda: _evaluated(plan, x, signals, None))
     return _evaluated(plan, x, signals, given)
@@ -134,8 +136,7 @@ def _evaluated(
 
 
 def force_on_base(x: ScalarSignal, system: System, signals: SignalColumns) -> tuple[Column, Column, Column] | None:
-    """Return the resultant force (n,) [N] on a base and its place (n,) [m] along and across it; None if data are
-    missing."""
+    """Return the resultant force (n,) [N] on a base and its place (n,) [m] along and across it; None without data."""
     group = carried_group(x, system)
     places = [place(signals, point) for point in group.points]
     tensions = [signals.tensions.get(name) for name in group.ropes]
@@ -205,7 +206,8 @@ def _while_slewing(plan: Plan, limit: RatedLimit, x: ScalarSignal, signals: Sign
 
 
 def range_at_rest(values: Column, signals: SignalColumns, elements: tuple[str, ...]) -> Column | None:
-    """Return, for each sample (n,), the range of a signal since the winch of a rope stopped; None if data are missing.
+    """Return the peak-to-peak range of a signal since the rope's winch stopped, for each sample (n,); None if data are
+    missing.
 
     The range is the highest minus the lowest value. The winch may have stopped in an earlier part of the run."""
     length = signals.lengths.get(elements[0])
@@ -281,8 +283,10 @@ def _on_lug(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str, t:
     tie = tie_of(plan, name)
     if tie is None or tie.lower is not None:
         return True
-    known = [lugs for start, lugs in signals.hooked if t is None or start <= t]
-    return any(lugs.get(name) == limit.subject for lugs in (known if t is None else known[-1:]))
+    if t is None:
+        return any(lug == limit.subject for lug, _ in signals.lugs(name))
+    known = [lugs for start, lugs in signals.hooked if start <= t]
+    return any(lugs.get(name) == limit.subject for lugs in known[-1:])
 
 
 def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, Column]:

@@ -11,8 +11,7 @@ ROLLING = 0.98  # efficiency of a sheave on rolling bearings
 
 
 def drum_ends(falls: int, given: int | None = None) -> int:
-    """Return the number of rope ends on the drum: the given number, or else two for an even number of falls and one for
-    an odd number."""
+    """Return the number of rope ends on the drum; by default, two for an even number of falls and one for an odd."""
     return given or (2 if falls % 2 == 0 else 1)
 
 
@@ -28,8 +27,9 @@ def lead_factor(falls: int, ends: int, efficiency: float) -> float:
 
 
 def drum_end_factor(falls: int, ends: int, efficiency: float, *, hoisting: bool) -> float:
-    """Return the ratio of the rope tension at the drum to the mean tension of all falls. The rope at the drum has the
-    highest tension when hoisting and the lowest when lowering."""
+    """Return the ratio of the rope tension at the drum to the mean tension of all falls.
+
+    The rope at the drum has the highest tension when hoisting and the lowest when lowering."""
     lead = lead_factor(falls, ends, efficiency)
     return lead if hoisting else lead * _power(efficiency, falls // ends - 1)
 

@@ -22,7 +22,7 @@ Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> l
 
 @dataclass(frozen=True)
 class SignalColumns:
-    """Signals of the mechanics as columns over n instants, named as in the kernel.
+    """Mechanical signals at n instants, each as a column (n,), by the kernel's names.
 
     t (n,) [s]; tensions: rope or support -> (n,) [N]; poses: body -> position p_WB (n, 3) [m] and rotation R_WB (n, 3,
     3); lengths: hook rope -> unstretched length (n,) [m], where it is known. `peaks`: rope -> (tension [N], time [s]),
@@ -46,9 +46,9 @@ class SignalColumns:
 
     def once(self, key: object, make: Callable[[], T]) -> T:
         """Return the cached value of a key; on first use, compute it by calling `make`."""
-        if key not in self.known:
-            self.known[key] = make()
-        found: T = self.known[key]
+        found: T | None = self.known.get(key)
+        if found is None:
+            found = self.known[key] = make()
         return found
 
     def stage_at(self, t: float, k: int | None = None) -> str:
@@ -117,7 +117,7 @@ class _Line(Protocol):
 
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
-    """Return, for each sling and lug, the time [s] from which the sling is hooked there, from recorded rope lines."""
+    """Return the times [s] at which the rigging changes, each with the lugs of the slings hooked from then on."""
     known = plan.machines
     slings = {tie.rope for machine in known for tie in machine.ties}
     lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}
@@ -163,7 +163,7 @@ def _placed(signals: SignalColumns, point: Point) -> Column:
 
 
 def wind(plan: Plan, name: str) -> forces.InputSignal:
-    """Return the speed signal of a wind."""
+    """Return the input signal that gives the speed of the wind with this name."""
     each = (f for m in plan.machines for f in m.system.forces if isinstance(f, forces.Wind))
     return next(f.signal for f in each if f.name == name)
 

@@ -51,7 +51,7 @@ class SplashZone:
         return np.asarray(np.interp(depth, x, force))
 
     def along(self, f: Callable[[Column, Column], Column], rest: Column) -> Column:
-        """Return, for each sample (n,), the largest value of f(depth, rest) since the sample before.
+        """Return for each sample the largest value (n,) of f(depth, rest) since the sample before.
 
         It is nan if the block is above still water or does not hang. `rest`: a quantity that changes linearly from
         sample to sample; the curves are constant below their last points."""
@@ -67,7 +67,7 @@ class SplashZone:
 
 
 def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
-    """Return the ratio (n,) of the upward dynamic force on the block to the static weight of the block in water."""
+    """Return the ratio (n,) of upward dynamic force to static weight of the block in water; at 1 a sling goes slack."""
     zone = _zone(plan, limit, signals)
 
     def share(depth: Column, missing: Column) -> Column:
@@ -78,8 +78,9 @@ def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column
 
 
 def splash_load(plan: Plan, limit: RatedLimit, signals: SignalColumns, load: Column) -> Column:
-    """Return the load on a hook [kg] (n,), including its share of the dynamic force of the water. `load`: the load on
-    the hook without this share."""
+    """Return the load on a hook [kg] (n,), including its share of the dynamic force of the water.
+
+    `load`: the load on the hook without this share."""
     zone = _zone(plan, limit, signals)
     pull, all_ = zone.pulls[limit.elements[0]], zone.pull
     share = np.divide(pull, all_, out=np.zeros(len(pull)), where=all_ > 0.0) / plan.gravity

@@ -66,7 +66,8 @@ SHARING = {
 
 
 def daf(place: str | None, mass: float) -> tuple[float, str] | None:
-    """Return the dynamic amplification factor for a mass [kg] at a place, and its source; None for an unknown place."""
+    """Return the dynamic amplification factor for a mass [kg] lifted onshore, inshore or offshore, and its source; None
+    for any other place."""
     if place not in DAF:
         return None
     (a, b), *others = DAF[place]
@@ -76,15 +77,15 @@ def daf(place: str | None, mass: float) -> tuple[float, str] | None:
 
 
 def hoisting_factor(speed: float, hoisting_class: str) -> float:
-    """Return phi_2 = phi_2,min + beta_2 v_h, the dynamic factor for lifting a load off the ground at a hook speed v_h
-    [m/s] (EN 13001-2, 4.2.2.2)."""
+    """Return phi_2 of EN 13001-2, 4.2.2.2: the dynamic factor for lifting a load off the ground.
+
+    phi_2 = phi_2,min + beta_2 v_h, with the hook speed v_h [m/s]."""
     least, slope = HOISTING[hoisting_class]
     return least + slope * speed
 
 
 def partial_factor(**given: float) -> float:
-    """Return the required ratio of breaking force to largest tension of a sling, as a product of partial factors
-    (0027/ND 7.3.1)."""
+    """Return the required ratio of breaking force to largest sling tension, by the partial factors of 0027/ND 7.3.1."""
     each = RIGGING | given
     reduced = each["termination"] * each["wear"] * each["twist"]
     return max(each["load"] * each["consequence"] * each["material"] * reduced, LEAST * reduced)
@@ -92,8 +93,9 @@ def partial_factor(**given: float) -> float:
 
 @dataclass(frozen=True)
 class Strength:
-    """A strength requirement of a standard: the quantity may be at most the breaking force divided by `factor`. A scene
-    may override the factor with its key `own`."""
+    """A strength requirement of a standard: the quantity may be at most the breaking force divided by `factor`.
+
+    `own`: key of the scene that replaces the factor."""
 
     of: Literal["sling", "hoist rope"]
     quantity: Quantity
@@ -241,6 +243,7 @@ def bending(ratio: float) -> float:
 
 def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, float], ...], str] | None:
     """Return the WLL of an assembly of sling legs, and the basis of this rating in words; None if no rating applies.
+
     The WLL is a list of pairs (angle to the vertical [rad], mass [kg])."""
     rated = at_rest(x._replace(single=False), gravity)
     if legs not in KL or x.WLL or TERMINATIONS[x.termination or "ferrule"].kt is None or rated.note:
@@ -253,7 +256,7 @@ def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, fl
 
 
 def shackle(WLL: float, standard: str) -> str:
-    """Return a remark on a shackle with this WLL [kg] under a standard, or "" if the two fit together."""
+    """Return a remark if the standard does not cover a shackle with this WLL [kg]; otherwise ""."""
     if standard.startswith(EN_13889) and WLL > LARGEST_SHACKLE:
         return f"{EN_13889} ends at {LARGEST_SHACKLE / 1e3:g} t, assumed: RR-C-271 or the maker's certificate applies"
     return "EN 1677 is for hooks, links and components, assumed" if standard.startswith("EN 1677") else ""

@@ -39,7 +39,7 @@ class Ending(Atomic):
         self.lists = lists
 
     def start(self) -> None:
-        """Start with no action list finished."""
+        """Start the model with no action list finished."""
         self.left = self.lists
         self.passivate()
 
@@ -59,7 +59,7 @@ class Ending(Atomic):
 
 
 class CommanderModel(Coupled):
-    """Coupled model of the commander: one or several action lists, and the virtual master drive of turns."""
+    """Coupled model of the commander: action lists, and the virtual master drive for turns of the block."""
 
     report, command = In(m.Report), In(m.OperatorCommand)
     stage = Out(m.Stage)
@@ -134,7 +134,7 @@ class CommanderModel(Coupled):
         return "; ".join(message for each in lists if (message := each.waiting_for()))
 
     def declare(self) -> System:
-        """Return the declaration of the virtual master drive that a turn of a block follows."""
+        """Return the mechanical system with the virtual master drive that actuators follow when a block turns."""
         return declared(list(self.children.values()))
 
 
@@ -142,7 +142,7 @@ NodeModel: TypeAlias = CommanderModel | RealObject | UserModelNode
 
 
 def build(plan: Plan, names: Iterable[str] | None = None) -> dict[str, NodeModel]:
-    """Build the models of a plan by node name: all, or those in `names`; drives that follow a log get their log."""
+    """Return the models of a plan, or those in `names`, by node name; drives that replay a log are given this log."""
     names = names or (COMMANDER, *machines(plan), *(own.name for own in plan.models))
     crossed, known = watched(plan), {machine.name: machine for machine in plan.machines}
     models = {name: _built(plan, name, known.get(name), crossed.get(name, ())) for name in names}
@@ -196,13 +196,14 @@ def _of_lift(plan: Plan, of: ActionList, **more: Any) -> Plan:
 
 
 def driving(plan: Plan) -> tuple[str, ...]:
-    """Return the nodes whose events keep a run going until its action list is done; user models may run forever."""
+    """Return the nodes whose events keep a run going until its action list is done: commander and machines.
+
+    User models are left out because they may run forever."""
     return (COMMANDER, *machines(plan))
 
 
 def goes_on(event: Event) -> bool:
-    """Return whether an event shows progress of the action list: the event comes from the commander and is not the
-    set-point of a user model."""
+    """Return whether an event shows progress of the action list: it comes from the commander and is no set-point."""
     if event.source != COMMANDER:
         return False
     return event.type != m.Order.__name__ or not cast("m.Order", event.value).led
@@ -228,7 +229,7 @@ def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[T
         return UserModelNode(own)
     if machine is None:
         known = ", ".join([COMMANDER, *machines(plan)])
-        raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
+        raise ModelError(f"there is no model {name} in {plan.name}; its models are {known}")
     model = MachineModel(as_modelled(plan, machine))
     if thresholds:
         model.take(ThresholdWatcher("gauge", thresholds))
@@ -238,8 +239,9 @@ def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[T
 
 
 def system(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> System:
-    """Return the mechanical system that all models of a plan declare together. `models`: the models of the plan, if
-    already built."""
+    """Return the mechanical system that all models of a plan declare together.
+
+    `models`: the models of the plan, if already built."""
     return assembled([model.declare() for model in (models or build(plan)).values()], plan.gravity)
 
 

@@ -37,8 +37,7 @@ def aim_port(model: str, port: str) -> str:
 
 
 class UserModelNode(Coupled):
-    """The node that runs one user model of the plan; raises ModelError if the model cannot be built or its code is not
-    trusted."""
+    """The node that runs one user model of the plan; raises ModelError if the model is invalid or not trusted."""
 
     def __init__(self, own: UserModel) -> None:
         super().__init__(own.name)
@@ -63,7 +62,7 @@ class UserModelNode(Coupled):
 
 
 class Outside(Atomic):
-    """Placeholder for a user model whose set-points come from the program that steps the exported scene."""
+    """Placeholder for a user model in a scene exported as FMU or environment; the host program gives the set-points."""
 
     def __init__(self, name: str, ports: str) -> None:
         super().__init__(name)
@@ -72,8 +71,9 @@ class Outside(Atomic):
 
 
 class SetPointDelay(Atomic):
-    """Atomic model that passes on every nth set-point after a fixed delay [ns], which is its lookahead. It delays only
-    one set-point at a time, because a lookahead requires that an output is scheduled when its input arrives."""
+    """Atomic model that passes on every nth set-point after a fixed delay [ns], which is its lookahead.
+
+    It holds a single set-point, because an output with a lookahead must be scheduled when its input arrives."""
 
     into, out = In(SetPoint), Out(SetPoint)
 
@@ -88,7 +88,7 @@ class SetPointDelay(Atomic):
         self.point: SetPoint | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Store the next set-point, unless it is one of those to be skipped, and wait for the delay."""
+        """Store every nth set-point, to be sent after the delay; skip the others."""
         for point in x[self.into]:
             if self.heard % self.of == self.number:
                 if self.point is not None:
@@ -161,7 +161,9 @@ def _port(own: UserModel, model: Model, name: str, kind: type, carries: type) ->
     direction or type."""
     port = model.ports.get(name)
     if port is None or not isinstance(port, kind) or port.type is not carries:
-        distance, file = "input" if kind is InPort else "output", own.model.rpartition("/")[2]
+        direction, file = "input" if kind is InPort else "output", own.model.rpartition("/")[2]
         known = ", ".join(p.name for p in model.ports.values() if isinstance(p, kind) and p.type is carries) or "none"
-        raise ModelError(f"{own.name}: {file} has no {distance} port '{name}' for a {carries.__name__}; it has {known}")
+        raise ModelError(
+            f"{own.name}: {file} has no {direction} port '{name}' for a {carries.__name__}; it has {known}"
+        )
     return port  # type: ignore[return-value]

@@ -39,8 +39,9 @@ class SlingsCondition(Term, frozen=True, kw_only=True, tag="slings"):
 
 
 class MovesDone(Term, frozen=True, kw_only=True, tag="moves-done"):
-    """Condition: the orders of the previous action are done, or only those with the given verbs. If `stopped` is true,
-    orders that a limit switch or interlock stopped count as done."""
+    """Condition: the orders of the previous action are done, or only those with the given verbs.
+
+    If `stopped` is true, orders that a limit switch or interlock stopped count as done."""
 
     verbs: tuple[str, ...] = ()
     stopped: bool = False
@@ -72,14 +73,13 @@ class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
 
 
 class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
-    """Condition: this many seconds have passed since the previous action began or, in `until`, since the order
-    began."""
+    """Condition: `seconds` have passed since the beginning of the previous action or, in `until`, of the order."""
 
     seconds: float
 
 
 class BegunCondition(Term, frozen=True, kw_only=True, tag="begun"):
-    """Condition: the action list of the whole scene has begun the list of this lift."""
+    """Condition: an action of the whole scene has begun the action list of this lift."""
 
     lift: str
 
@@ -172,8 +172,9 @@ class Move(Motion, frozen=True, kw_only=True, tag="move"):
 
 
 class Turn(Item, frozen=True, kw_only=True, tag="turn"):
-    """Order to turn the block to the angle `to` [rad] at `rate` [rad/s], with ramps `accel` [rad/s2]. The commander
-    computes the references of all trolleys and winches that carry slings."""
+    """Order to turn the block to the angle `to` [rad] at `rate` [rad/s], with ramps `accel` [rad/s2].
+
+    The commander computes the references of all trolleys and winches that carry slings."""
 
     block: str = "block"
     rate: float
@@ -183,8 +184,9 @@ class Turn(Item, frozen=True, kw_only=True, tag="turn"):
 
 
 class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
-    """Order to hook a sling to the lug `lug` at the point `p` [m] in the frame of the lug's body. If both are omitted,
-    a mechanism's rope is hooked to its declared end point."""
+    """Order to hook a sling to the lug `lug` at the point `p` [m] in the frame of the lug's body.
+
+    If both are omitted, a mechanism's rope is hooked to its declared end point."""
 
     sling: str
     lug: str = ""
@@ -241,7 +243,8 @@ class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
 
 class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
     """Order to end another order: a move ramps down, a follower holds its position, a threshold is no longer watched.
-    `s`: value of the master at this time."""
+
+    `s`: present value of the master, for a follower."""
 
     s: float = 0.0
 
@@ -250,15 +253,15 @@ ActorCommand: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | B
 
 
 def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> ActorCommand:
-    """Return a copy of an order as its actor gets it, without its line in the scene. A run must not depend on line
-    numbers. `more`: values of further fields."""
+    """Return a copy of an order for its actor, without its place in the scene; `more`: values of further fields."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 
 
 class Touch(Item, frozen=True, kw_only=True):
-    """Two objects that are allowed to touch, by name ("world" is the ground). `stays`: the permission also holds after
-    this stage."""
+    """Two objects that are allowed to touch, by name ("world" is the ground).
+
+    `stays`: the permission also holds after this stage."""
 
     names: tuple[str, str]
     stays: bool = False

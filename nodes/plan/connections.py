@@ -17,7 +17,7 @@ def frames_on_hooks(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
 
 
 def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
-    """Yield the slings below a hook, including those on frames and bodies connected to it."""
+    """Yield the slings below a hook, including the slings on frames and bodies connected to the hook."""
     joined, before, ties = {hook.eye.body}, 0, [tie for machine in machines for tie in machine.ties]
     loads = {cargo.body for machine in machines for cargo in machine.cargo}
     pairs = [{j.parent, j.child} for m in machines for j in m.system.joints if WORLD not in (j.parent, j.child)]
@@ -50,7 +50,7 @@ def holders(machines: Sequence[Mechanism], body: str, hooked: Mapping[str, str])
 
 
 def lowering(machines: Sequence[Mechanism]) -> tuple[list[str], list[Drive]]:
-    """Return the drives, and the winch ropes other than hook ropes, that can lower the loads of machines."""
+    """Return the winch ropes (other than hook ropes) and the drives that can lower the loads of these machines."""
     hooks = {hook.rope for machine in machines for hook in machine.hooks}
     lowers = {x.name for m in machines for x in m.actuators if x.verb not in LEVEL} - hooks
     ropes = [rope.name for m in machines for rope in m.system.all_ropes if rope.name in lowers]
@@ -58,8 +58,7 @@ def lowering(machines: Sequence[Mechanism]) -> tuple[list[str], list[Drive]]:
 
 
 def carried_hooks(machine: Mechanism, body: str) -> list[Hoist]:
-    """Return, sorted by rope, the hooks whose ropes hang from a body or from the bodies that this body carries by
-    joints."""
+    """Return, sorted by rope, the hooks whose ropes hang from a body or from bodies that this body carries."""
     own = (hook for hook in machine.hooks if body in (hook.on, *(joint.parent for joint in beneath(machine, hook.on))))
     return sorted(own, key=lambda hook: hook.rope)
 

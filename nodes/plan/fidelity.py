@@ -70,7 +70,8 @@ class Fidelity(Item, frozen=True, kw_only=True):
     motion: Literal["spatial", "across", "along"] = "spatial"  # planar across the rails (y, z) or along them (x, z)
     pads: Literal["all", "standing"] = "all"  # of the block; standing: only those of the face that it stands on
     locked: tuple[str, ...] = ()  # joints that are fixed where they start, or all `hinges`, `gantries`, `trolleys`
-    water: Literal["memory", "one frequency"] = "memory"  # of waves that vessels radiate
+    # of vessels in waves: they follow their own response, or radiate waves at one frequency, or with memory
+    water: Literal["memory", "one frequency", "motion given"] = "memory"
     islands: Literal["apart", "together"] = "apart"  # machines that nothing connects: solved apart or as one system
 
 
@@ -143,8 +144,7 @@ def percent(error: float) -> str:
 
 
 def planar(fidelity: Fidelity, machines: Sequence[Mechanism]) -> Fidelity:
-    """Return the fidelity with all joints locked that would move bodies out of the plane of motion, in a fixed
-    order."""
+    """Return the fidelity with every joint locked that would move bodies out of the plane of motion."""
     joints = [joint for machine in machines for joint in machine.system.joints]
     locked = {*fidelity.locked}
     if fidelity.motion in NORMAL:

@@ -9,8 +9,9 @@ from .actions import Item
 
 
 class BarredActuator(Item, frozen=True, kw_only=True):
-    """An actuator that an interlock stops, and the direction that is blocked: 1, -1, or 0 for both. `emergency`:
-    deceleration of the stop [m/s2 or rad/s2] (None: that of the move)."""
+    """An actuator that an interlock stops, and the direction that is blocked: 1, -1, or 0 for both.
+
+    `emergency`: deceleration of the stop [m/s2 or rad/s2] (None: that of the move)."""
 
     actuator: str
     way: int = 0

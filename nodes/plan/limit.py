@@ -76,8 +76,9 @@ SIMULATED, ORDERED = "as simulated", "as ordered"  # where the value of a use co
 
 
 class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The static load on a part when its utilisation is highest, or a clearance at rest. `bound`: its limit; `alone`:
-    whether the limit already includes dynamics."""
+    """The static load on a part when its utilisation is highest, or a clearance at rest.
+
+    `bound`: the limit; `alone`: the limit already includes dynamics, so that it applies to the static load alone."""
 
     value: float
     bound: float
@@ -130,8 +131,9 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return self.value is not None or self.between is not None or bool(self.chart)
 
     def at(self, x: float = 0.0) -> float:
-        """Return the value of the limit at the argument x of its chart; raises ValueError if the limit is unknown. It
-        is constant beyond the ends of the chart.
+        """Return the value of the limit at the argument x of its chart; raises ValueError if the limit is unknown.
+
+        It is constant beyond the ends of the chart.
 
         A chart over a radius or an angle is not interpolated: the value at the next larger x applies, and the limit is
         0 beyond the last x.
@@ -166,8 +168,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return value / bound if bound else inf * value if value else 0.0
 
     def met(self, value: float | None = None, t: float | None = None) -> "Use":
-        """Return the utilisation of this limit by a value of its quantity at the time t [s]. A clearance without a
-        value has its value at rest."""
+        """Return the utilisation of this limit by a value at a time t [s]; None stands for the clearance at rest."""
         value = self.rest.value if value is None and self.rest and self.quantity == "clearance" else value
         return Use(self, value, t, use=None if value is None else self.use(value))
 

@@ -81,8 +81,9 @@ class Tie(Item, frozen=True, kw_only=True):
 
 
 class Cell(Item, frozen=True, kw_only=True):
-    """A load cell, which reports when the total tension of its ropes exceeds `rated` [N]. `capacity`: allowed load
-    below the hooks [kg]."""
+    """A load cell, which reports when the total tension of its ropes exceeds `rated` [N].
+
+    `capacity`: allowed load below the hooks [kg]."""
 
     name: str
     body: str
@@ -176,8 +177,7 @@ class Bend(Item, frozen=True, kw_only=True):
 
 
 class Servo(Item, frozen=True, kw_only=True):
-    """A prescribed drive that is compliant at some model levels, with its stiffness [N/m or N m/rad] and damping [N s/m
-    or N m s/rad]."""
+    """A prescribed drive that is compliant at some model levels, with stiffness [N/m or N m/rad] and damping."""
 
     drive: str
     stiffness: float
@@ -185,8 +185,9 @@ class Servo(Item, frozen=True, kw_only=True):
 
 
 class Shape(Item, frozen=True, kw_only=True):
-    """A box on a body, for collision checks and drawings: centre and edges in the body's frame [m]. `thing`: name of
-    the drawn object in reports; `part`: name of the part of this object."""
+    """A box on a body, for collision checks and drawings: centre and edges in the body's frame [m].
+
+    `thing`: the object, as named in reports, to which the box belongs; `part`: its part of this object."""
 
     body: str
     centre: Vector

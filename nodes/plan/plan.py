@@ -48,8 +48,7 @@ class ActionList(Item, frozen=True, kw_only=True):
 
 
 class Gear(Item, frozen=True, kw_only=True):
-    """An item of rigging gear: number of pieces, working load limit [kg], mass [kg] (0: unknown), and where it is
-    used."""
+    """An item of rigging gear: number of pieces, working load limit [kg], mass [kg] (0: unknown), places of use."""
 
     name: str
     kind: str

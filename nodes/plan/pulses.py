@@ -31,7 +31,9 @@ def ramp(pulses: int, speed: float, accel: float, period: float) -> tuple[tuple[
 def times(
     pulses: int, distance: float | None, speed: float, accel: float, periods: tuple[float, float]
 ) -> tuple[float, float, float, float]:
-    """Return the speed reached over a distance > 0 (None: unlimited), and the durations [s] of ramp, cruise and ramp.
+    """Return the speed reached over a distance > 0 (None: unlimited), and the durations [s] of ramp-up, cruise and
+    ramp-down.
+
     The mean speed during a ramp is half the reached speed."""
 
     def lasting(v: float) -> list[float]:
@@ -55,8 +57,7 @@ def times(
 def profile(
     pulses: int, distance: float | None, speed: float, accel: float, periods: tuple[float, float], start: int
 ) -> Speeds:
-    """Return a speed profile from rest at `start` [ns] over a signed distance or, if that is None, up to a signed
-    speed."""
+    """Return a speed profile from rest at `start` [ns] to a signed speed, or over a signed distance if one is given."""
     sign = -1.0 if (speed if distance is None else distance) < 0.0 else 1.0
     reached, first, cruise, _ = times(pulses, None if distance is None else abs(distance), abs(speed), accel, periods)
     rising = ramp(pulses, reached, accel, periods[0])
@@ -85,8 +86,7 @@ def _rounded(rows: list[tuple[float, float]], start: int) -> Speeds:
 
 
 def residual(pulses: int, speed: float, accel: float, chosen: float, period: float, gravity: float) -> float:
-    """Return the swing angle [rad] after a ramp designed for the period `chosen` [s] if the pendulum has `period`
-    [s]."""
+    """Return the swing [rad] left after a ramp for the period `chosen` [s], if the pendulum has `period` [s]."""
     w = 2.0 * pi / period
     lasts = ramp(pulses, speed, accel, chosen)[-1][0] - 0.5 * chosen * (pulses == 2)  # one pulse
     left = 2.0 * speed / pulses / lasts / gravity * abs(sin(0.5 * w * lasts))

@@ -84,8 +84,9 @@ class Shapes:
         return [body for body in found if body in self._carried and self._carried[body].kind == "prismatic"]
 
     def root(self, body: str) -> str:
-        """Return the body nearest to the ground that carries a body through its joints. The body may be given as a
-        station of a flexible body, such as `boom@40`."""
+        """Return the body nearest to the ground that carries a body through its joints.
+
+        The body may be given as a station of a flexible body, such as `boom@40`."""
         body = body.partition("@")[0]
         while (joint := self._carried.get(body)) is not None and joint.parent != WORLD:
             body = joint.parent
@@ -195,8 +196,7 @@ class Shapes:
         return "joined" if self._still(a.body) and self._still(b.body) else "apart"
 
     def overlap(self, a: Solid | Strand, b: Solid | Strand) -> float:
-        """Return the depth [m] to which two shapes may penetrate without a finding, at contacts of corners and at thick
-        slings on lugs."""
+        """Return the depth [m] to which two shapes may penetrate without a finding, at corners or at slings on lugs."""
         if isinstance(a, Strand) or isinstance(b, Strand):
             strand, solid = (a, b) if isinstance(a, Strand) else (b, a)
             cargo = self.cargo.get(solid.body) if isinstance(solid, Solid) else None
@@ -217,7 +217,7 @@ class Shapes:
         return joint is None or (joint.kind == "fixed" and self._still(joint.parent))
 
     def by_corners(self, a: str, b: str) -> bool:
-        """Return whether two bodies have only point contacts, so that other parts of the bodies may penetrate."""
+        """Return whether all contacts between two bodies are at points, so that the bodies may penetrate elsewhere."""
         found = self._contacts.get(frozenset((a, b)), [])
         return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
 

@@ -7,8 +7,9 @@ from .actions import Item, Move
 
 
 class Led(Item, frozen=True, kw_only=True):
-    """An output port of a user model whose set-points control the speed of an actuator. The actuator makes an endless
-    move with a ramp and a maximum speed (0: unknown)."""
+    """An output port of a user model whose set-points control the speed of an actuator.
+
+    The actuator makes an endless move with a ramp and a maximum speed (0: unknown)."""
 
     port: str
     move: Move

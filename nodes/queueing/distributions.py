@@ -15,8 +15,7 @@ SHAPE = 4.0  # of PERT: how many times the most likely value counts in the mean 
 
 
 class Distribution(ABC):
-    """Base class of distributions of times >= 0 [s] with the mean `mean` [s]; `draw` takes a sample from a random
-    stream."""
+    """Base class of distributions of times >= 0 [s] with the mean `mean` [s]; `draw` takes a sample from a stream."""
 
     mean: float
 
@@ -108,8 +107,7 @@ class Pert(Distribution):
 
 
 class LogNormal(Distribution):
-    """Log-normally distributed times with the given mean and standard deviation `deviation` [s] of the times (not of
-    their logarithms)."""
+    """Log-normally distributed times with the given mean and standard deviation [s] of the times themselves."""
 
     def __init__(self, mean: float, deviation: float) -> None:
         self.mean, self.deviation = _checked(self, mean=mean, deviation=deviation)

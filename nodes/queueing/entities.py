@@ -38,8 +38,7 @@ class NetworkPart(Atomic):
 
 
 class Waiting:
-    """A queue of entities in the order of service: by priority if the discipline is `priority`, then by service key
-    (see `turn_of`)."""
+    """A queue of entities in the order of service: by priority, if the discipline says so, then by service key."""
 
     def __init__(self, discipline: str = "first in, first out") -> None:
         if discipline not in get_args(Discipline):
@@ -51,13 +50,14 @@ class Waiting:
         return len(self.heap)
 
     def put(self, turn: int, since: int, left: int, entity: Entity) -> None:
-        """Add an entity with its service key to the queue. `since`: time [ns] from which the entity has waited; `left`:
-        rest of an interrupted service [ns] (-1: no service was interrupted)."""
+        """Add an entity with the service key `turn` to the queue.
+
+        `since`: time [ns] from which the entity has waited; `left`: rest of an interrupted service [ns] (-1: no service
+        was interrupted)."""
         heappush(self.heap, (entity.priority if self._by_priority else 0, turn, since, left, entity))
 
     def take(self) -> tuple[int, int, int, Entity]:
-        """Remove the first entity from the queue and return it with its service key and times. The times are that from
-        which it has waited, and the rest of its service [ns]."""
+        """Remove the first entity; return service key, start of waiting [ns], remaining service [ns] and entity."""
         return heappop(self.heap)[1:]
 
 

@@ -21,8 +21,7 @@ class MonitorStatistics(Message):
 
 
 class ResourceStatistics(Message):
-    """Statistics of a resource: number of seizures; mean waiting time for a unit [s]; mean numbers of seized units and
-    of waiting entities."""
+    """Statistics of a resource: seizures, mean waiting time [s], mean numbers of seized units and waiting entities."""
 
     units: ClassVar[Mapping[str, str]] = {"wait": "s", "used": "1", "waiting": "1"}
     seized: int
@@ -77,7 +76,7 @@ class Branch(_Forwarding):
 
 
 class Join(_Forwarding):
-    """Reunites the parts of an entity: of `parts` entities with the same number it passes on the last."""
+    """Joins the parts of an entity: when all `parts` entities with the same number have arrived, it sends the last."""
 
     into, out = In(Entity), Out(Entity)
 
@@ -102,8 +101,10 @@ class Join(_Forwarding):
 
 
 class Resource(_Forwarding):
-    """A number of equal units, which entities seize and release. An entity that arrives seizes one unit and leaves
-    through the port `seized`; when the entity arrives at the port `release`, the unit is free again."""
+    """A number of equal units, which entities seize and release.
+
+    An entity that arrives seizes one unit and leaves through the port `seized`; when the entity arrives at the port
+    `release`, the unit is free again."""
 
     request, release, seized = In(Entity), In(Entity), Out(Entity)
 
@@ -147,8 +148,7 @@ class Resource(_Forwarding):
 
 
 class Monitor(NetworkPart):
-    """Measures the number of entities between two points of a network, and the time that they take from the first point
-    to the second."""
+    """Measures the number of entities between two points of a network, and their time from the first to the second."""
 
     enter, leave = In(Entity), In(Entity)
 

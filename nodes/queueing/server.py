@@ -13,16 +13,18 @@ What = Literal["served", "fails", "repaired", "lost", "asks"]  # in the end of a
 
 
 class Failures:
-    """Failures of a server's units: distributions of the time to failure and of the repair time. Units fail both while
-    busy and while idle; an interrupted job continues after the repair."""
+    """Failures of a server's units: distributions of the time to failure and of the repair time.
+
+    Units fail both while busy and while idle; an interrupted job continues after the repair."""
 
     def __init__(self, up: Distribution, down: Distribution) -> None:
         self.up, self.down = up, down
 
 
 class ServerStatistics(Message):
-    """Statistics of a server: entities served, lost and interrupted, mean waiting time before service [s]. Also the
-    mean queue length, and the mean numbers of busy and of available units."""
+    """Statistics of a server: entities served, lost and interrupted, and their mean waiting time before service [s].
+
+    Also the mean queue length, and the mean numbers of busy and of available units."""
 
     units: ClassVar[Mapping[str, str]] = {"wait": "s", "line": "1", "busy": "1", "available": "1"}
     served: int
@@ -168,8 +170,7 @@ class Server(NetworkPart):
         return unit >= 0
 
     def lowest(self, entity: Entity) -> int:
-        """Return the busy unit whose entity has the lowest priority, if this is lower than that of an entity; else
-        -1."""
+        """Return the unit that serves the entity of the lowest priority, if `entity` has a higher priority; else -1."""
         if not self.preemptive:
             return -1
         jobs = [(job[4].priority, job[2], unit) for unit, job in enumerate(self.serving) if job and job[0]]

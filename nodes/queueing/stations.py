@@ -42,8 +42,7 @@ class SinkStatistics(Message):
 
 
 class Source(NetworkPart):
-    """Sends entities at random intervals, the first after one interval, and at most `most` of them. Their priorities
-    are drawn at random by `weights` [1]."""
+    """Sends at most `most` entities (0: no limit) at random intervals, with random priorities by `weights` [1]."""
 
     out = Out(Entity)
 

@@ -13,7 +13,6 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.limits.factors import BASES
 from heavylift.nodes.limits.wind import leads_in_wind
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
@@ -24,6 +23,7 @@ from heavylift.nodes.scene.construction.environment.footings import set_up
 from heavylift.nodes.scene.construction.environment.touching import check_touches, touches
 from heavylift.nodes.scene.construction.levelling import measuring
 from heavylift.nodes.scene.construction.machines import (
+    block_alone,
     build_fidelity,
     build_machines,
     build_mechanisms,
@@ -32,7 +32,9 @@ from heavylift.nodes.scene.construction.machines import (
 )
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.rigging.ratings import gear_of
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
+from heavylift.nodes.scene.construction.supports import block_machine
 from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.gear import geared
@@ -50,9 +52,9 @@ from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.static_path import first_rest
 from heavylift.nodes.statics.swinging import swing_free
 
-from .corners import BEARING, Centres, ends_of, rated, with_centres
+from .corners import Centres, ends_of, rated, with_centres
 from .instances import several
-from .loaded_scene import LoadedScene, SceneFacts
+from .loaded_scene import LoadedScene, SceneFacts, on_same_path
 from .model_files import imported
 
 CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples"}  # keys that say how it is to be run
@@ -126,10 +128,11 @@ def _built(
         settings=tuple(overrides),
         passing=passing,
     )
-    loaded, factors = _planned(source, scene, known, followed, nominal), scene.all_factors
+    made, factors = _constructed(source, scene, known), scene.all_factors
+    loaded = _planned(source, made, followed, nominal)
     if followed and factors.wind and factors.area:
         leads = leads_in_wind(loaded.plan, factors, loaded.states)
-        loaded = _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=(*loaded.plan.limits, *leads)))
+        loaded = on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=(*loaded.plan.limits, *leads)))
     if not nominal:
         return loaded
 
@@ -146,20 +149,23 @@ def _built(
         return known_corners[name]
 
     def shifted(centres: Centres) -> LoadedScene:
-        """Build the scene with other centres of mass of its blocks, and with its limits of loads only."""
-        moved = _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
-        limits = tuple(x for x in moved.plan.limits if x.quantity in (*BASES.values(), *BEARING))
-        return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))
+        """Build the scene with other centres of mass of its blocks."""
+        own, moved = replace(source, faults=[]), with_centres(scene, centres)
+        if block_alone(scene):
+            block = block_machine(SceneBuilder(own, moved), ("block",))
+            raise_faults(own, own.faults)
+            machines = tuple(block if machine.cargo else machine for machine in made.plan.machines)
+            there = replace(made, plan=msgspec.structs.replace(made.plan, machines=machines), keys=moved, passing=True)
+        else:
+            there = _constructed(own, moved, replace(known, passing=True))
+        return _planned(own, there)
 
-    limits = rated(loaded, _bases(loaded), scene, ends_of(scene, stated), other, shifted)
-    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
+    limits = rated(loaded, scene, ends_of(scene, stated), other, shifted)
+    return on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
 
 
-def _planned(
-    source: SourceText, scene: schema.Scene, known: LoadedScene, followed: bool = True, nominal: bool = False
-) -> LoadedScene:
-    """Build the plan of a valid scene and return it added to the data in `known`. If `nominal`, check static overloads,
-    too."""
+def _constructed(source: SourceText, scene: schema.Scene, known: LoadedScene) -> LoadedScene:
+    """Build the plan of a valid scene, without what follows from its equilibrium path; return it added to `known`."""
     builder = build_machines(source, scene)
     check_parts(source, scene)
     machines = tuple(builder.machines)
@@ -191,8 +197,14 @@ def _planned(
     check_models(source, loaded.plan)
     check_touches(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
-    shaped, unknown = aimed(loaded.plan)
-    shaped, more = swing_free(shaped, keep=not known.passing) if not unknown else (shaped, [])
+    return loaded
+
+
+def _planned(source: SourceText, loaded: LoadedScene, followed: bool = True, nominal: bool = False) -> LoadedScene:
+    """Add to the plan of a scene what follows from its equilibrium path, and check it. If `nominal`, check static
+    overloads, too."""
+    scene, (shaped, unknown) = loaded.scene, aimed(loaded.plan)
+    shaped, more = swing_free(shaped, keep=not loaded.passing) if not unknown else (shaped, [])
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
     raise_faults(source, _impossible(source, loaded, nominal))
@@ -202,24 +214,10 @@ def _planned(
     hung = bent or any(machine.ties and not machine.hooks for machine in own)
     sinks = any(hook.ends for machine in loaded.plan.machines for hook in machine.hooks)
     if (sinks or hung) and (first := _first_rest(loaded, followed)):
-        loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
+        loaded = on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
-            loaded = _on_same_path(loaded, settled(loaded.plan))
-    return _on_same_path(loaded, weighed(loaded.plan))
-
-
-def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
-    """Return the scene with another plan that has the same equilibrium path, so that the path is not computed again."""
-    other = replace(loaded, plan=built)
-    if "statics" in vars(loaded):
-        vars(other).update(statics=loaded.statics)
-    return other
-
-
-def _bases(loaded: LoadedScene) -> LoadedScene:
-    """Return the scene with only those limits that enter design loads."""
-    limits = tuple(x for x in loaded.plan.limits if x.quantity in (*BASES.values(), "tandem load"))
-    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=limits))
+            loaded = on_same_path(loaded, settled(loaded.plan))
+    return on_same_path(loaded, weighed(loaded.plan))
 
 
 def _side_by_side(

@@ -6,17 +6,19 @@ worse ends of all inputs. The factor sheet's contingencies of weight and centre 
 bears the load but has no design load of its own: cranes, frames, assemblies of slings, ropes, ground.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import product
 from math import isfinite, sqrt
 
 import msgspec
+import numpy as np
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.limits.factors import design_limits
-from heavylift.nodes.limits.judging import uses_on_path
+from heavylift.nodes.limits.factors import BASES, design_limits
+from heavylift.nodes.limits.judging import uses_of
+from heavylift.nodes.limits.signals import signals_of
 from heavylift.nodes.plan.factors import Factors
 from heavylift.nodes.plan.limit import STANDING, Quantity, RatedLimit, Use
 from heavylift.nodes.scene.keys import schema
@@ -26,7 +28,7 @@ from heavylift.nodes.scene.text.spelling import unit_in
 from heavylift.nodes.scene.text.uncertainty import Stated, standard
 from heavylift.recordings.format.spellings import BEAM_LOAD
 
-from .loaded_scene import LoadedScene
+from .loaded_scene import LoadedScene, on_same_path
 
 NOISE = 1e-6  # of a use: less is rounding
 AT_REST = {"sling peak": ("sling tension",), "rope peak": ("rope factor", "rope tension", "hook load")}  # alike there
@@ -35,6 +37,7 @@ BEARING: tuple[Quantity, ...] = (  # the lifted load, without a design load
     "sling tension", "rope tension", "rope factor", "rope peak", "drum pull", "drive moment", "brake moment",
     "interlock", *STANDING,
 )  # fmt: skip
+FACTORED: tuple[Quantity, ...] = (*BASES.values(), "tandem load")  # whose loads at rest become design loads
 Key = tuple[str, str]  # subject and quantity of a limit
 Values = Mapping[Path, Data]
 Centres = Mapping[Path, Vector]  # of mass, of blocks [m]
@@ -52,8 +55,7 @@ class Ends:
 
 
 def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
-    """Return both ends of each uncertain input: those of its 95 % interval or, for a uniform distribution, its
-    bounds."""
+    """Return both ends of each uncertain input: of its 95 % interval or, for a uniform distribution, its bounds."""
     found = []
     for path, each in stated.items():
         at = quantity_at(scene, path)
@@ -90,7 +92,6 @@ def _blocks(scene: schema.Scene) -> dict[Path, schema.Block]:
 
 def rated(
     nominal: LoadedScene,
-    bases: LoadedScene,
     scene: schema.Scene,
     ends: Sequence[Ends],
     build: Build,
@@ -99,16 +100,18 @@ def rated(
     """Return the limits of a scene and of its design loads, with the increase of utilisation at the worst corner.
 
     Corners are those of the uncertain inputs and of the contingencies of weight and centre of mass; one that cannot be
-    evaluated adds a limit without a value. `bases`: the scene with the limits from which design loads are made; `build`
-    and `shift` make it with other inputs and centres of mass."""
+    evaluated adds a limit without a value. `build` and `shift` make the scene with other inputs and centres of mass."""
     stated = scene.practice is not None or bool(scene.factors.model_fields_set)
     if not (ends or stated or any(limit.rigging for limit in nominal.plan.limits)):
         return [*nominal.plan.limits]
-    given, corners = scene.all_factors, Corners(nominal)
+    usual = nominal if ends else with_limits(nominal, (*FACTORED, *BEARING))  # all that are compared with corners
+    given, corners = scene.all_factors, Corners(usual)
     corners.search(ends, build)
     limits = [_spread(limit, corners) for limit in nominal.plan.limits]
     moved, sizes = given.cog or (), partial(_borne, (given.weight or 1.0) * (given.cog_factor or 1.0))
-    centred, inputs = Corners(bases), Corners(nominal, sizes)
+    uses = [use for use in usual.uses if use.limit.quantity in FACTORED]
+    centred = Corners(nominal, lambda there: _uses(with_limits(there, FACTORED)), _sizes_of(uses))
+    inputs = Corners(nominal, sizes)
     centres = Corners(nominal, sizes, inputs.usual)
     for signs in product(*((-1, 1) if half else (0,) for half in moved)) if moved else ():
         way = [sign * half for sign, half in zip(signs, moved, strict=True)]
@@ -126,30 +129,32 @@ def rated(
     used = {key: centred.most[key] / use for key, use in centred.usual.items() if use}
     grown = {key: (corners.most[key] / corners.usual[key], ", ".join(x)) for key, x in corners.moved.items()
              if corners.usual[key] and corners.most[key] > corners.usual[key]}  # fmt: skip
-    rows = design_limits(nominal.plan, given, scene.practice or "none", bases.uses, nominal.states, used, grown)
+    rows = design_limits(nominal.plan, given, scene.practice or "none", uses, nominal.states, used, grown)
     return [*limits, *rows, *lost]
 
 
 def _borne(factor: float, scene: LoadedScene) -> dict[Key, float]:
     """Return the utilisation at rest of each limit of what bears the load, if what hangs on the hooks, with the slings
     and shackles that the model leaves out, weighs `factor` times as much."""
-    plan, g = scene.plan, scene.plan.gravity
+    if not scene.states:
+        return {}
+    plan, g = with_limits(scene, BEARING).plan, scene.plan.gravity
     own = {hook.rope: hook.block_mass * g for machine in plan.machines for hook in machine.hooks}
-    hung = {x.subject: x.rigging * g for x in plan.limits if x.quantity == "hook load"}
-    states = [
-        replace(
-            state,
-            tensions={
-                k: T + (factor - 1.0) * max(0.0, T - own.get(k, 0.0)) + factor * hung.get(k, 0.0)
-                for k, T in state.tensions.items()
-            },
-            supports={k: factor * force for k, force in state.supports.items()},
-        )
-        for state in scene.states
-    ]
-    limits = (x for x in plan.limits if x.quantity in BEARING)
-    each = tuple(x if x.quantity == "frame load" else msgspec.structs.replace(x, rigging=0.0) for x in limits)
-    return _sizes_of(uses_on_path(msgspec.structs.replace(plan, limits=each), states)) if states else {}
+    hung = {x.subject: x.rigging * g for x in scene.plan.limits if x.quantity == "hook load"}
+    signals, stands = signals_of(scene.states), {*scene.states[0].supports}
+    loads = {
+        name: factor * F if name in stands
+        else F + (factor - 1.0) * np.maximum(0.0, F - own.get(name, 0.0)) + factor * hung.get(name, 0.0)
+        for name, F in signals.tensions.items()
+    }  # fmt: skip
+    each = (x if x.quantity == "frame load" else msgspec.structs.replace(x, rigging=0.0) for x in plan.limits)
+    return _sizes_of(uses_of(msgspec.structs.replace(plan, limits=tuple(each)), [replace(signals, tensions=loads)]))
+
+
+def with_limits(scene: LoadedScene, quantities: Collection[Quantity]) -> LoadedScene:
+    """Return the scene with only the limits of these quantities, and with the same equilibrium path."""
+    limits = tuple(x for x in scene.plan.limits if x.quantity in quantities)
+    return on_same_path(scene, msgspec.structs.replace(scene.plan, limits=limits))
 
 
 def _contingent(
@@ -184,8 +189,9 @@ def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
 
 
 class Corners:
-    """Search over the corners of the uncertain inputs for the highest utilisation of each limit. Other values of a
-    scene can be searched too. `moved`: the inputs that influence each value."""
+    """Search over the corners of the uncertain inputs for the highest utilisation of each limit.
+
+    `sizes`: function that returns other values to be searched. `moved`: the inputs that influence each value."""
 
     def __init__(self, nominal: LoadedScene, sizes: Sizes | None = None, usual: dict[Key, float] | None = None) -> None:
         self._sizes = sizes or _uses

@@ -27,7 +27,7 @@ def hooks(plan: Plan) -> Table:
 
 
 def charts_used(found: Sequence[Reach]) -> Table:
-    """Return the table of radius and utilisation of the load charts in each stage, as far as they change."""
+    """Return the table of hook radii and utilisations of load charts by stage, without rows equal to the row before."""
     numbers = [(x.hook, x.stage, f"{x.radius:.2f} {x.load:.0f} {x.capacity:.0f}") for x in found]
     changed = (x for i, x in enumerate(found) if not i or numbers[i] != numbers[i - 1])
     rows = tuple(
@@ -39,7 +39,7 @@ def charts_used(found: Sequence[Reach]) -> Table:
 
 
 def rigging(plan: Plan, uses: Sequence[Use], *, ran: bool = True) -> Iterator[Table]:
-    """Yield the tables of a rigging sheet: static loads, factors, design loads, maxima of a run (if it `ran`), gear."""
+    """Yield the tables of a rigging sheet: static loads, factors, design loads, loads of a run (if `ran`), gear."""
     met = {(use.limit.subject, use.limit.quantity): use.value for use in uses}
     for of, unit, message in (("", "kg", "t"), (" of slings", "N", "kN")):
         mine, rows = [use for use in uses if use.limit.rest and use.value and use.limit.unit == unit], []

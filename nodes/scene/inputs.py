@@ -51,7 +51,7 @@ USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depen
 
 @dataclass(frozen=True)
 class Input:
-    """An input of a scene: its name, its value, scale and bounds in SI units, its unit, and its path.
+    """An input of a scene: its name, value, typical variation (`scale`) and bounds in SI units, its unit, and its path.
 
     `whole`: a setting that must be applied first because it writes the whole list, with default values, to which the
     input belongs."""
@@ -71,8 +71,9 @@ class Input:
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
-        """Return the value and its expanded uncertainty (two standard uncertainties) as rounded text. Both are rounded
-        to the second significant digit of the uncertainty."""
+        """Return the value and its expanded uncertainty (two standard uncertainties) as rounded text.
+
+        Both are rounded to the second significant digit of the uncertainty."""
         half = 2.0 * sigma / self.factor
         places = 1 - floor(log10(half)) if half > 0.0 else DIGITS
         texts = (f"{round(x, places):.{max(0, places)}f} {self.unit}" for x in (value / self.factor, half))
@@ -82,8 +83,7 @@ class Input:
 
 @dataclass(frozen=True)
 class UncertainInput(Input):
-    """An input with its standard uncertainty in SI units; its distribution `kind` is normal or uniform. A uniform one
-    lies between value -+ sqrt(3) standard uncertainties."""
+    """An input with its standard uncertainty in SI units and the `kind` of its distribution: normal or uniform."""
 
     kind: Kind = "normal"
     sd: float = 0.0
@@ -115,8 +115,7 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
 
 
 def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
-    """Return all uncertain inputs of a scene, stated in the scene or in `given` (such as `block.mass +- 3 %`); raises
-    SceneError for an invalid statement."""
+    """Return the uncertain inputs stated in a scene or in `given` (`block.mass +- 3 %`); SceneError if invalid."""
     source, stated = _source(scene)
     found = {x.path: x for name in scene.scene.lifts for x in _of_lift(scene, name)}
     found |= {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
@@ -143,8 +142,7 @@ def _of_lift(scene: LoadedScene, name: str) -> Iterator[UncertainInput]:
 
 
 def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
-    """Return a value with its 95 % uncertainty as text. The uncertainty is left out if the scene would not accept it
-    for this input."""
+    """Return a value with its 95 % uncertainty as text; the uncertainty is omitted if the scene would reject it."""
     _, kind = _input(scene, _source(scene)[0], one.name)
     try:
         standard(Stated(value, "+-", half), kind)
@@ -154,8 +152,7 @@ def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
 
 
 def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]) -> LoadedScene:
-    """Return the scene with other values of inputs, but the same model level and integration steps; raises SceneError
-    if the result is invalid."""
+    """Return the scene with other values of inputs and the same model level and steps; raises SceneError if invalid."""
     texts = [f"{x / p.factor!r} {p.unit}" for p, x in zip(changed, values, strict=True)]
     other = parse(scene.merged or scene.text, scene.path.name, settings(changed, texts), followed=False)
     kept = {x: getattr(scene.plan, x) for x in KEPT}

@@ -60,8 +60,9 @@ EVERY = "all"  # subject of limits of the whole scene, and its own action list
 
 
 def source_of(whole: SourceText, name: str, path: Path, at: tuple[float, float]) -> SourceText:
-    """Return the source of one lift of a scene: its keys merged over the scene that it extends. `at`: origin of the
-    lift [m]."""
+    """Return the source of one lift of a scene: its keys merged over the scene that it extends.
+
+    `at`: origin of the lift [m]."""
     base = ("lifts", name)
     keys, values = (
         {at[2:]: mark for at, mark in some.items() if at[:2] == base} for some in (whole.keys, whole.values)

@@ -1,7 +1,7 @@
 """A scene that is ready to run, and the static results of its plan: loads, utilisations, findings, model level."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -48,8 +48,7 @@ class SceneFacts(msgspec.Struct, frozen=True):
 
     @property
     def accuracy(self) -> float:
-        """Largest accepted relative error of the quantities that the scene asks for (0.01 is 1 %). If the scene asks
-        for none, of rope tensions."""
+        """Largest accepted relative error (0.01 is 1 %) of the requested quantities, or of rope tensions by default."""
         return self.written or (USUAL if self.ask else OF_TENSIONS)
 
 
@@ -102,8 +101,7 @@ class LoadedScene:
 
     @cached_property
     def uses(self) -> list[Use]:
-        """The highest static utilisation of each limit on the equilibrium path. For a lift, the end positions of moves
-        count too."""
+        """The highest static utilisation of each limit on the equilibrium path and, in a lift, where moves end."""
         if not self.plan.limits or (self.lifts and not self.states):
             return []
         path, starts = self.plan, [x.start or 0.0 for x in self.scene.lifts.values()] if self.apart else [0.0]
@@ -130,8 +128,9 @@ class LoadedScene:
         return self.checked()
 
     def checked(self, near: Sequence[Check | Use] = ()) -> list[Check]:
-        """Return all checks on the equilibrium path. `near`: findings about clearances on the path, or utilisations of
-        clearances."""
+        """Return all checks on the equilibrium path.
+
+        `near`: findings about clearances on the path, or utilisations of clearances."""
         apart = [x for x in near if isinstance(x, Use)]
         seen = {id(use.limit) for use in self.uses}
         rest = [x for x in self.plan.limits if id(x) not in seen and x.quantity != "interlock"]
@@ -140,3 +139,11 @@ class LoadedScene:
         others = [*geometry_findings(self.plan), *path_findings(self.plan, self.statics), *found]
         shapes = Shapes(self.plan)
         return checks_of(self.plan, uses, [*others, *uncoloured(self.plan, shapes)], None, shapes.shapeless)
+
+
+def on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
+    """Return the scene with another plan that has the same equilibrium path, so that the path is not computed again."""
+    other = replace(loaded, plan=built)
+    if "statics" in vars(loaded):
+        vars(other).update(statics=loaded.statics)
+    return other

@@ -101,8 +101,9 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
 
 
 def check(scene: LoadedScene | str | Path, near: Sequence[Check | Use] = ()) -> "SceneReport":
-    """Return the report of a scene: sizes, static loads, utilisations and findings. `near`: clearances on its
-    equilibrium path."""
+    """Return the report of a scene: sizes, static loads, utilisations and findings.
+
+    `near`: clearances on its equilibrium path."""
     from .report import report
 
     scene = loaded(scene)

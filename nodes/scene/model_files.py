@@ -44,8 +44,7 @@ class _InvalidXml(SceneError):
 
 
 def imported(source: SourceText) -> None:
-    """Insert the parts of each machine or mechanism that is read `from` a model file; errors are added to the
-    source."""
+    """Insert the parts of each machine or mechanism that is read `from` a model file; add errors to the source."""
     machines = source.data.get("machines")
     bases: list[Path] = [("machines", name) for name in (machines if isinstance(machines, dict) else ())]
     for base in (*bases, ("mechanism",)):
@@ -144,7 +143,7 @@ class _Parts:
         self.lacks = list(model.found.missing)
 
     def sections(self) -> tuple[dict[str, dict[str, Data]], list[Data]]:
-        """Return the sections of the machine by key, and a list of the features that were not converted."""
+        """Return the imported parts as sections of a machine's keys, and a list of the features not converted."""
         system = self.system
         if not EARTH[0] < system.gravity < EARTH[1]:
             self.lacks.append(f"gravity of {system.gravity:g} m/s2: that of the scene acts, key `gravity`")

@@ -23,8 +23,7 @@ NOWHERE = ""  # a command stands in no file, and its orders, which are on record
 
 
 def spoken(scene: "LoadedScene", words: str) -> actions.Action:
-    """Return the orders of an operator's command as an action; raises SceneError if the command cannot be parsed or
-    carried out."""
+    """Return the orders of an operator's command as an action; raises SceneError if the command is invalid."""
     words = " ".join(words.split())
     if len(words) > LONGEST:
         raise SceneError(f"{NAME}: it has {len(words)} characters; use at most {LONGEST}")

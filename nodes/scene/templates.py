@@ -80,8 +80,9 @@ actions:
 
 
 def new_scene(name: str, like: str) -> str:
-    """Return the text of a new scene: a copy of a bundled scene under the new name. The name of its recording follows
-    from that name."""
+    """Return the text of a new scene, which is a copy of a bundled scene under a new name.
+
+    The name of its recording follows from the new name."""
     path = scene_file(like)
     text = re.sub(r"^name: \S+", lambda _: f"name: {name}", scene_text(path, like), count=1, flags=re.M)
     text = re.sub(r"^project:.*", PROJECT, text, flags=re.M)  # it names the other lift
@@ -89,8 +90,9 @@ def new_scene(name: str, like: str) -> str:
 
 
 def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
-    """Return the texts of new scenes by name, in which a crane lifts a block from a table (`blocks.csv#B17`). There is
-    one scene for the named row, or one for each row of the table."""
+    """Return the texts of new scenes by name, in which a crane lifts a block from a table (`blocks.csv#B17`).
+
+    There is one scene for the named row, or one for each row of the table."""
     file, _, row = blocks.partition("#")
     rows = [row] if row else row_names(Path(), file)
     names = [name] if len(rows) == 1 else [f"{name}-{row}" for row in rows]
@@ -141,7 +143,9 @@ def _text(name: str, crane: str, table: str) -> str:
             length, share = max(SHORT, ceil(2.0 * STEEP * norm([INSIDE * u, INSIDE * v])) / 2.0), LEG
         hung = "rigging:\n", f"  legs-{{0}}: {{{{on: crane {{0}}, to: [{{1}}], length: {length:g} m, {{2}}}}}}"
     if any(abs(a) > u / 2 or abs(b) > v / 2 for each in lugs.values() for a, b in each):
-        raise SceneError(f"{table}: the hooks of {crane} are further apart than the block is long or wide")
+        raise SceneError(
+            f"{table}: the hooks of {crane} are further apart than the block is long or wide; choose another crane"
+        )
     named = {hook: {f"{hook}-{i}": place for i, place in enumerate(each, 1)} for hook, each in lugs.items()}
     top, pads = w / 2 + LUG, [(a * PADS * u, b * PADS * v) for a in (-1, 1) for b in (-1, 1)]
     gear, stands = _gear(mass, share, length), str(machine_type(crane).data.get("stands"))

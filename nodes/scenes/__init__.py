@@ -5,6 +5,7 @@ machines to which scenes refer by `type: overhead-100` (`heavylift types` lists 
 cranes on rails, and `vessels` hulls with their hydrodynamics.
 """
 
+from functools import cache
 from pathlib import Path
 
 __all__ = ["bundled", "frames_folder", "types_folder", "vessels_folder"]
@@ -12,7 +13,12 @@ __all__ = ["bundled", "frames_folder", "types_folder", "vessels_folder"]
 
 def bundled() -> dict[str, Path]:
     """Return the bundled scenes by name."""
-    return {path.stem: path for path in sorted(Path(__file__).parent.glob("*.yaml"))}
+    return dict(_bundled())
+
+
+@cache
+def _bundled() -> tuple[tuple[str, Path], ...]:
+    return tuple((path.stem, path) for path in sorted(Path(__file__).parent.glob("*.yaml")))
 
 
 def types_folder() -> Path:

@@ -8,6 +8,8 @@ radiation_fit    passive radiation model fitted to added mass and damping by fre
 coefficients     the file of a hull made from coefficients, or from a mesh by Capytaine
 data_files       coefficients in files of WAMIT and Capytaine, with their conventions
 nemoh_data       the same for files of NEMOH
+prescribed       vessels on six joints that move as given harmonics
+gap_damping      damping of the water between two hulls
 hydrostatics     volume, centre of buoyancy and stiffness of a mesh
 """
 

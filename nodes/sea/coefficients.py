@@ -72,11 +72,25 @@ def hull_of(
                          "frequencies do not resolve; compute more of them there, or damp it by a lid")  # fmt: skip
     found = _whole(read, path.stem, f"{path.name}, SHA-256 {digest}")
     if given:
-        headings, values = _around(*given[1:])
-        table = tuple(_rows(x) for x in _short(values))
-        found = msgspec.structs.replace(found, drift=MeanDrift(_rows(given[0]), _rows(headings), table))
+        found = with_drift(found, *given, str(drift))
     check(found, str(path))
     return found
+
+
+def with_drift(
+    hull: Hydrodynamics, w: np.ndarray, headings: np.ndarray, values: np.ndarray, file: str
+) -> Hydrodynamics:
+    """Return the hydrodynamics of one hull or of two with the mean drift forces of each added."""
+    turned, around = _around(headings, values)
+    each = np.split(_short(around), values.shape[2] // 3, axis=2)
+    tables = [MeanDrift(_rows(w), _rows(turned), tuple(map(_rows, x))) for x in each]
+    second = hull.beside
+    if len(tables) != 1 + (second is not None):
+        needed = "the drift of each of two hulls, modes 1 to 12 of NAME.9" if second else "the drift of a single hull"
+        raise SceneError(f"{file}: the data need {needed}")
+    if second:
+        second = msgspec.structs.replace(second, hull=msgspec.structs.replace(second.hull, drift=tables[1]))
+    return msgspec.structs.replace(hull, drift=tables[0], beside=second)
 
 
 def computed(mesh: Path, depth: float | None = None) -> Path:

@@ -67,9 +67,9 @@ class Coefficients:
     depth: float = inf
 
     def about(self, *points: Sequence[float]) -> "Coefficients":
-        """Return the coefficients about points of the waterline, transformed from those about the given points. The
-        given points are one for each hull, and the waterline's are above or below them. Phases of loads, given at the
-        origin of the file, become those there."""
+        """Return the coefficients about points on the waterline, vertically above or below the given ones.
+
+        The coefficients refer to the given points, the phases of the loads to the origin of the file, before this."""
         T, X = np.eye(6 * len(points)), self.X.copy()  # velocities there, of those on the waterline
         k = np.array([wave_number(w, self.gravity, self.depth if isfinite(self.depth) else None) for w in self.w])
         for i, (x, y, z) in enumerate(points):
@@ -81,8 +81,7 @@ class Coefficients:
 
 
 def capytaine(path: Path) -> Coefficients:
-    """Return the coefficients of a hull, or of two, in a netCDF file of Capytaine; raises SceneError if it is not
-    one."""
+    """Return the coefficients of one hull or two in a netCDF file of Capytaine; raises SceneError for other files."""
     data = _netcdf(path)
     if missing := [name for name in NEEDED if name not in data]:
         raise SceneError(f"{path}: it has no '{missing[0]}'; let Capytaine export radiation, diffraction, hydrostatics")
@@ -107,7 +106,7 @@ def capytaine(path: Path) -> Coefficients:
     finite = np.isfinite(w) & (w > 0.0) & solved & np.isfinite(X).all(axis=(0, 2, 3))
     infinite = np.isinf(w) & solved
     if not infinite.any():
-        raise SceneError(f"{path}: it has no infinite frequency, whose added mass is needed; add it to 'omega'")
+        raise SceneError(f"{path}: the added mass at infinite frequency is missing; add it to 'omega'")
     order = np.argsort(w[finite])
     X = X[:, finite][:, order].swapaxes(1, 2)
     given = {"rho": DENSITY, "g": GRAVITY, "water_depth": inf}
@@ -185,9 +184,7 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
     if np.isnan(added[periods >= 0.0]).any():
         raise SceneError(f"{path.with_suffix('.1')}: it needs the same pairs of modes at each period")
     if 0.0 not in periods:
-        raise SceneError(
-            f"{path.with_suffix('.1')}: it has no infinite frequency, whose added mass is needed: period 0"
-        )
+        raise SceneError(f"{path.with_suffix('.1')}: the added mass at infinite frequency is missing; compute period 0")
     at, _, waves = _by(loads[:, 0])
     headings, of = np.unique(np.radians(loads[:, 1]), return_inverse=True)
     (mode,) = _modes(loads, path.with_suffix(".3"), m, 2)
@@ -212,10 +209,7 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
 
 def _described(path: Path) -> tuple[list[Still], list[tuple[float, float, float]]]:
     """Return the hulls in a file NAME.out of WAMIT, still without stiffness, and the origins of their axes [m]."""
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise SceneError(f"{path}: {error_text(error)}") from None
+    text = text_of(path)
     number, rows = r"\s+([-+.\dEe]+)", []
     for title, n in (("Volumes .*?:", 3), ("Center of Buoyancy .*?:", 3), ("Center of Gravity .*?:", 3)):
         rows.append([tuple(map(float, found)) for found in re.findall(title + n * number, text)])
@@ -224,7 +218,7 @@ def _described(path: Path) -> tuple[list[Still], list[tuple[float, float, float]
     turned = any(map(float, re.findall(r"PHIBODY\s*=" + number, text)))
     counts = {len(origins), *map(len, rows)}
     if counts not in ({1}, {2}) or turned:
-        raise SceneError(f"{path}: it needs volume, centres and places of one body, or of two with parallel axes")
+        raise SceneError(f"{path}: it must give volume, centres and position of one body, or of two with parallel axes")
     hulls = [
         Still(np.zeros(0), sorted(V)[1], g[2] + o[2], np.array([b[0], b[1], b[2] + o[2]]), (o[0], o[1]))
         for V, b, g, o in zip(*rows, origins, strict=True)
@@ -233,22 +227,24 @@ def _described(path: Path) -> tuple[list[Still], list[tuple[float, float, float]
 
 
 def drift_of(path: Path, weight: float, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the mean drift forces in surge, sway and yaw from a WAMIT file NAME.8 or NAME.9.
+    """Return the mean drift forces in surge, sway and yaw of one hull or of each of two from a WAMIT file NAME.8 or
+    NAME.9.
 
-    They are (headings, frequencies, 3), after the frequencies [rad/s] and headings [rad]. `weight`: specific weight of
-    the water [N/m3]; `length`: ULEN [m].
+    They are (headings, frequencies, 3 or 6), after the frequencies [rad/s] and headings [rad]. `weight`: specific
+    weight of the water [N/m3]; `length`: ULEN [m].
 
     Its columns are period [s], two headings [deg] of which equal ones count, mode, modulus, phase, real and imaginary
     part relative to rho g L^m, m = 1 or 2. Raises SceneError if the file has other contents.
     """
     rows = _table(path, 7)
-    rows = rows[(rows[:, 1] == rows[:, 2]) & np.isin(rows[:, 3], (1.0, 2.0, 6.0))]
-    (mode,) = _modes(rows, path, 6, 3)
+    rows = rows[(rows[:, 1] == rows[:, 2]) & np.isin(rows[:, 3], (1.0, 2.0, 6.0, 7.0, 8.0, 12.0))]
+    m = 12 if rows[:, 3].max(initial=0.0) > 6.0 else 6
+    (mode,) = _modes(rows, path, m, 3)
     w, at = np.unique(2.0 * np.pi / rows[:, 0], return_inverse=True)
     headings, of = np.unique(np.radians(rows[:, 1]), return_inverse=True)
-    values = np.full((len(headings), len(w), 6), np.nan)
-    values[of, at, mode] = weight * length ** (1.0 + (mode > 2)) * rows[:, 6]
-    values = values[..., [0, 1, 5]]
+    values = np.full((len(headings), len(w), m), np.nan)
+    values[of, at, mode] = weight * length ** (1.0 + (mode % 6 > 2)) * rows[:, 6]
+    values = values[..., [0, 1, 5, 6, 7, 11][: m // 2]]
     if np.isnan(values).any() or min(len(w), len(headings)) < 2:
         raise SceneError(f"{path}: it needs surge, sway and yaw at each of two or more headings and periods")
     return w, headings, values
@@ -264,23 +260,27 @@ def _modes(table: np.ndarray, path: Path, m: int, *columns: int) -> list[np.ndar
     """Return columns of modes 1 to m as indices."""
     found = [table[:, k].astype(int) - 1 for k in columns]
     if any((x < 0).any() or (x >= m).any() for x in found):
-        raise SceneError(f"{path}: it has modes beyond the {m} of its hulls; two hulls need the file .out of WAMIT")
+        raise SceneError(f"{path}: it has more than {m} modes; for two hulls, add the file .out of WAMIT")
     return found
+
+
+def text_of(path: Path, needed: str = "") -> str:
+    """Return the text of a file; raises SceneError, with what is `needed`, if it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise SceneError(f"{path}: {error_text(error)}{needed}") from None
 
 
 def _table(path: Path, least: int) -> np.ndarray:
     """Return the rows of numbers in a text file, filled with zeros to equal length; a header is left out."""
     rows = []
-    try:
-        for line in path.read_text(encoding="utf-8").splitlines():
-            words = line.split()
-            try:
-                rows.append([float(x.replace("D", "E")) for x in words])
-            except ValueError:
-                if rows:
-                    raise SceneError(f"{path}: '{line.strip()[:40]}' is not a row of numbers") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: {error_text(error)}") from None
+    for line in text_of(path).splitlines():
+        try:
+            rows.append([float(x.replace("D", "E")) for x in line.split()])
+        except ValueError:
+            if rows:
+                raise SceneError(f"{path}: '{line.strip()[:40]}' is not a row of numbers") from None
     if not (rows := [row for row in rows if row]) or min(map(len, rows)) < least:
         raise SceneError(f"{path}: its rows need at least {least} numbers")
     width = max(map(len, rows))

@@ -27,6 +27,7 @@ STEPS = 40  # of Newton's method for a scale, which needs less than ten
 
 class Extreme(NamedTuple):
     """Estimated quantile of the largest value in a run, with its confidence bound and the method of estimation.
+
     `above`: distance to the upper 95 % bound, infinite if there are too few values."""
 
     value: float
@@ -36,14 +37,17 @@ class Extreme(NamedTuple):
 
 def part_of(quantile: str, length: float, duration: float | None) -> float:
     """Return the probability of a quantile, such as P90 or MPM, for the largest value in a run of `length` [s].
+
     `duration` [s]: stationary operation to which the quantile refers (None: the run)."""
     part = 1.0 / e if quantile == MPM else float(quantile[1:]) / 100.0
     return part if duration is None else part ** (length / duration)
 
 
 def extreme(values: Sequence[float], part: float) -> Extreme:
-    """Estimate the quantile with probability `part` of the largest value in a run from the largest values of seeds. A
-    value of minus infinity means that a seed has none."""
+    """Estimate the quantile with probability `part` of the largest value in a run, given the largest value for each
+    seed.
+
+    The largest value is minus infinity for a seed that has no value."""
     x = np.sort(np.asarray(values, float))
     least, most = float(x[0]), float(x[-1])
     if isfinite(least) and isfinite(most):

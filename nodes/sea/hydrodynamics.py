@@ -53,8 +53,9 @@ class WaveLoads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class MeanDrift(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Mean drift forces divided by the square of the wave amplitude: surge and sway [N/m2] and yaw [N/m]. Frequencies
-    and headings as in `WaveLoads`."""
+    """Mean drift forces per square of wave amplitude: surge and sway [N/m2], yaw [N/m].
+
+    Frequencies and headings are as in `WaveLoads`."""
 
     frequencies: tuple[float, ...]
     headings: tuple[float, ...]
@@ -107,6 +108,15 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return [found[0], -found[1], -found[2]] if mirrored else found
 
 
+class GapDamping(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Damping ratio added to the resonance of the water between two hulls, resonance frequency [rad/s], and source of
+    the ratio."""
+
+    ratio: float
+    frequency: float
+    source: str
+
+
 class SecondHull(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A second hull near the first one, with the hydrodynamics of both in each other's waves.
 
@@ -117,6 +127,7 @@ class SecondHull(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     hull: Hydrodynamics
     at: tuple[float, float, float]
     added_mass: Matrix6
+    damping: GapDamping | None = None
 
 
 def one_sided(headings: Sequence[float]) -> bool:
@@ -136,8 +147,7 @@ def _corners(of: WaveLoads | MeanDrift, frequency: float, heading: float) -> tup
 
 
 def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
-    """Return the hydrodynamics in a file; raises SceneError if the file contains none, or if its radiation fit is too
-    inaccurate."""
+    """Return the hydrodynamics in a file; raises SceneError if it contains none or an inaccurate radiation fit."""
     try:
         found = msgspec.json.decode(text, type=Hydrodynamics)
     except msgspec.DecodeError as error:
@@ -149,8 +159,7 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
 
 
 def check(found: Hydrodynamics, file: str) -> None:
-    """Raise SceneError unless the tables of a hull are complete and cover all headings, and its radiation fit is
-    accurate."""
+    """Raise SceneError unless a hull's tables are complete for all headings and its radiation fit is accurate."""
     tables: list[tuple[WaveLoads | MeanDrift, Sequence[Sequence[object]]]]
     tables = [(found.loads, found.loads.real), (found.loads, found.loads.imaginary)]
     for of, rows in [*tables, *([(found.drift, found.drift.values)] if found.drift else [])]:

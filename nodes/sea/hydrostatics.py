@@ -25,8 +25,10 @@ class Hydrostatics(NamedTuple):
     second: np.ndarray
 
     def stiffness(self, weight: float) -> np.ndarray:
-        """Return the hydrostatic stiffness (6, 6) [N/m, N, N m] about the origin, for a centre of mass at the height of
-        the origin. `weight`: specific weight of the water [N/m3]."""
+        """Return the hydrostatic stiffness (6, 6) [N/m, N, N m] about the origin, for a centre of mass at the origin's
+        height.
+
+        `weight`: specific weight of the water [N/m3]."""
         (x, y), (xx, yy, xy), lift = self.first, self.second, self.volume * self.buoyancy[2]
         K = np.zeros((6, 6))
         K[2:5, 2:5] = [[self.waterplane, y, -x], [y, yy + lift, -xy], [-x, -xy, xx + lift]]

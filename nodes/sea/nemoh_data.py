@@ -11,9 +11,9 @@ import re
 from pathlib import Path
 
 import numpy as np
-from heavylift.kernel.errors import SceneError, error_text
+from heavylift.kernel.errors import SceneError
 
-from .data_files import Coefficients, Still
+from .data_files import Coefficients, Still, text_of
 
 NUMBER = r"[-+]?\d*\.?\d+(?:[eEdD][-+]?\d+)?\.?"
 
@@ -32,8 +32,9 @@ def nemoh_files(case: Path) -> list[Path]:
 
 
 def nemoh(case: Path) -> Coefficients:
-    """Return the coefficients of the single body of a NEMOH case, given the path of its Nemoh.cal; raises SceneError if
-    a file is missing or invalid."""
+    """Return the coefficients of a NEMOH case with a single body, given the path of its Nemoh.cal.
+
+    Raises SceneError if a file is missing or invalid."""
     cal, radiation, excitation, infinite, stiffness, bodies = nemoh_files(case)
     rows = [x.split("!")[0].split() for x in _text(cal).splitlines()]
     try:
@@ -43,7 +44,7 @@ def nemoh(case: Path) -> Coefficients:
     except (IndexError, ValueError):
         raise SceneError(f"{cal}: it is not a Nemoh.cal of a body with six degrees of freedom") from None
     if count != 1 or len(points) != 1 or any((point := points.pop())[:2]):
-        raise SceneError(f"{cal}: one body is needed that turns about one point above or below the origin")
+        raise SceneError(f"{cal}: compute one body, with all rotations about one point above or below the origin")
     if away:
         raise SceneError(f"{cal}: its phases refer to XEFF, YEFF; compute them for the point 0, 0")
     if re.search(r"(?im)^\s*[^1\s][^!\n]*!\s*output freq", _text(cal)):
@@ -74,11 +75,8 @@ def nemoh(case: Path) -> Coefficients:
 
 
 def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        needed = "; let NEMOH compute the impulse responses, which give it" if path.name == "IRF.tec" else ""
-        raise SceneError(f"{path}: {error_text(error)}{needed}") from None
+    needed = "; let NEMOH compute the impulse responses, which give it" if path.name == "IRF.tec" else ""
+    return text_of(path, needed)
 
 
 def _zones(path: Path) -> list[tuple[str, np.ndarray]]:

@@ -52,7 +52,7 @@ class StateSpace(NamedTuple):
 
 
 class Network(NamedTuple):
-    """A reciprocal network as radiation model: the diagonals D (n,) and E (n,), W (n, n) and H (n, m)."""
+    """A radiation model as a reciprocal network: F = [-D W; -W^T -E], G = [H; 0], with diagonals D, E (n,)."""
 
     D: np.ndarray
     W: np.ndarray
@@ -85,14 +85,13 @@ class CoupledModes:
         self.wanted = self.rows(self.K)
 
     def rows(self, K: np.ndarray) -> np.ndarray:
-        """Return damping and added mass in K (..., n, m, m) as one vector, scaled by the largest value of each mode."""
+        """Return damping and added mass in K (..., n, m, m) as one vector, relative to each mode's largest value."""
         parts = K.real, K.imag / self.w[:, None, None] / self._ratio
         flat = [x[..., self._upper[0], self._upper[1]].reshape(*K.shape[:-3], -1) for x in parts]
         return np.concatenate(flat, axis=-1)
 
     def fitted(self) -> StateSpace:
-        """Return the fitted model with the fewest states whose error is below GOOD, or else that with the smallest
-        error."""
+        """Return the fitted model with the fewest states whose error is below GOOD, or else with the smallest error."""
         start, found = self._oscillators(), list[tuple[float, StateSpace]]()
         for n in range(max(2, self.m + self.m // 3), max(6, 3 * self.m) + 1, max(1, 2 * self.m // 3)):
             space = self._polished(self._projected(*start, n)).space

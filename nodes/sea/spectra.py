@@ -26,8 +26,7 @@ Density = Callable[[float], float]  # S(w) [m2 s]
 
 
 class Component(NamedTuple):
-    """One regular wave of a sea: frequency [rad/s], amplitude [m], direction of travel [rad], phase at the origin
-    [rad]."""
+    """A regular wave of a sea: frequency [rad/s], amplitude [m], direction of travel and phase at the origin [rad]."""
 
     frequency: float
     amplitude: float
@@ -36,8 +35,7 @@ class Component(NamedTuple):
 
 
 def pierson_moskowitz(w: float, Hs: float, Tp: float) -> float:
-    """Return the spectral density S(w) [m2 s] of a fully developed sea with the significant height Hs [m] and the peak
-    period Tp [s]."""
+    """Return the spectral density S(w) [m2 s] of a fully developed sea with height Hs [m] and peak period Tp [s]."""
     ratio = 2.0 * pi / (Tp * w)
     square = ratio * ratio
     return EQUATION * Hs * Hs * square * square / w * float(exp(-1.25 * square * square))
@@ -45,6 +43,7 @@ def pierson_moskowitz(w: float, Hs: float, Tp: float) -> float:
 
 def jonswap(w: float, Hs: float, Tp: float, gamma: float) -> float:
     """Return the JONSWAP spectral density S(w) [m2 s] of a growing sea, not yet scaled to the energy of the sea.
+
     `components` scales it; gamma = 1 is Pierson-Moskowitz."""
     peak = 2.0 * pi / Tp
     off = (w / peak - 1.0) / WIDTHS[w > peak]
@@ -59,8 +58,7 @@ class SpectralPeak(NamedTuple):
     gamma: float
 
     def density(self, w: float) -> float:
-        """Return the spectral density S(w) [m2 s] of this peak, with a tail of w^-4, not yet scaled to the energy of
-        the sea."""
+        """Return the spectral density S(w) [m2 s] of this peak, with a tail of w^-4, not scaled to the sea's energy."""
         ratio = 0.5 * w * self.Tp / pi
         off, fourth = (ratio - 1.0) / WIDTHS[ratio > 1.0], 1.0 / (ratio * ratio * ratio * ratio)
         return fourth * float(exp(-fourth)) * float(power(self.gamma, exp(-0.5 * off * off)))

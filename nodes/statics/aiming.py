@@ -46,8 +46,9 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
 
 
 def goal(built: plan.Plan, action: plan.Action, before: StaticState) -> StaticState:
-    """Return the state in which the drives and hooks are at the end positions of an action's moves; moves without a
-    known end position are ignored."""
+    """Return the state in which the drives and hooks are at the end positions of an action's moves.
+
+    Moves without a known end position are ignored."""
     own = [actuator.name for machine in built.machines for actuator in machine.actuators]
     now = {name: before.references[name] for name in own if name in before.references}
     for move in (m for m in action.orders if isinstance(m, Move)):
@@ -98,8 +99,9 @@ DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
 
 
 def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """Return the plan with end positions for the moves that are ordered to end above lugs, and errors. Each error is
-    (place in the scene, sentence), for a move that has no such position."""
+    """Return the plan with end positions for the moves that are ordered to end above lugs, and errors.
+
+    Each error is (place in the scene, sentence), for a move that has no such position."""
     for i, action in enumerate(built.actions):
         moves = [x for x in action.orders if isinstance(x, Move) and x.above and x.to is None]
         if not moves:

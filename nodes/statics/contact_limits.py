@@ -27,8 +27,9 @@ def apart(contact: Contact, a: Pose, b: Pose) -> bool:
 
 
 def there(before: StaticState, after: StaticState, part: float) -> StaticState:
-    """Return the state interpolated between two points of the equilibrium path. `part`: fraction of the way from the
-    first to the second point."""
+    """Return the state interpolated between two points of the equilibrium path.
+
+    `part`: fraction of the way from the first to the second point."""
     poses = {
         body: (tuple(a + part * (b - a) for a, b in zip(p, q, strict=True)), R if part > 0.5 else Q)
         for (body, (p, Q)), (q, R) in zip(before.poses.items(), after.poses.values(), strict=True)
@@ -37,8 +38,7 @@ def there(before: StaticState, after: StaticState, part: float) -> StaticState:
 
 
 def meets(contact: Contact, before: StaticState, after: StaticState) -> float | None:
-    """Return the fraction of the way between two path points at which the shapes of a contact begin to penetrate, or
-    None."""
+    """Return the fraction (0 to 1) between two path points at which two shapes begin to penetrate, or None."""
     ends = _poses(contact, before), _poses(contact, after)
     distance = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
     steps = max(1, ceil(distance / STEP))

@@ -106,8 +106,9 @@ def _turns(built: plan.Plan, path: Followed) -> list[Check]:
 
 
 def missed_turns(built: plan.Plan, number: int, poses: Mapping[str, tuple[Any, Any]], t: float) -> list[Check]:
-    """Return a finding for each block that ends a turn in action `number` at another angle than ordered. `poses`:
-    position and rotation matrix of each body at the end t [s] of the turn."""
+    """Return a finding for each block that ends a turn in action `number` at another angle than ordered.
+
+    `poses`: position and rotation matrix of each body at the end t [s] of the turn."""
     found = []
     for order in (x for x in built.actions[number - 1].orders if isinstance(x, Turn) and x.until is None):
         if order.block not in poses:

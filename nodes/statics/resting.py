@@ -15,8 +15,9 @@ WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of wha
 
 
 def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """Return the plan with its blocks at rest on their supports. A block whose pose in the scene differs by less than
-    `WRITTEN` keeps this pose."""
+    """Return the plan with its blocks at rest on their supports.
+
+    A block whose pose in the scene differs by less than `WRITTEN` keeps this pose."""
     machines = tuple(_stands(x, first) if x.cargo else x for x in built.machines)
     return msgspec.structs.replace(built, machines=machines)
 
@@ -42,7 +43,7 @@ def settled(built: plan.Plan) -> plan.Plan:
 
 
 def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """Return the plan with its blocks, hooks and frames moved to their equilibrium poses, and its taut ropes listed."""
+    """Return the plan with its blocks, hooks and frames in their equilibrium poses, and with its taut ropes listed."""
     machines, hooks = list[plan.Mechanism](), [hook for machine in built.machines for hook in machine.hooks]
     free = {hook.eye.body for hook in hooks if not hook.ends}  # others hang at rest as they are written
     for machine in standing(built, first).machines:

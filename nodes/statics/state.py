@@ -10,8 +10,7 @@ Pose = tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]
 
 @dataclass(frozen=True)
 class StaticState:
-    """State of equilibrium for given positions of drives, winches and slings; bodies, joints and ropes have the names
-    of the kernel."""
+    """State of equilibrium for given positions of drives, winches and slings; bodies, joints and ropes by name."""
 
     t: float  # [s] of the action list, followed without inertia
     action: int  # number of the action that led here, from 1; 0: the start
@@ -31,8 +30,9 @@ class StaticState:
 
 @dataclass(frozen=True)
 class Acted:
-    """The state at the beginning of an action, the ropes that are taut in it, and its time [s]. If the action had to
-    wait, it is the state at the last event before it."""
+    """The static state at the beginning of an action, with the taut ropes and the time [s].
+
+    If the action had to wait, the state is that at the last event before the action."""
 
     before: StaticState
     taut: tuple[str, ...]

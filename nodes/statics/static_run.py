@@ -252,13 +252,13 @@ class StaticRun:
     def _state(self, rest: PathPoint, number: int, stage: str, lugs: dict[str, str]) -> StaticState:
         s, row = self.path.command, rest.row
         system = s.program.system
-        tensions = dict(zip((r.name for r in system.ropes), map(float, row.tension), strict=True))
-        tensions |= zip((r.name for r in system.rigid_ropes), map(float, row.pull), strict=True)
+        tensions = dict(zip((r.name for r in system.ropes), row.tension.tolist(), strict=True))
+        tensions |= zip((r.name for r in system.rigid_ropes), row.pull.tolist(), strict=True)
         parts = [(reeved(part), float(row.shown[i])) for part, i in shown(s.program).get((REEVING, "N"), ())]
         # a rope over sheaves is represented by its most loaded part
         tensions |= {rope: max(x for other, x in parts if other == rope) for rope, _ in parts}
-        supports = dict(zip((u.name for u in system.supports), map(float, row.normal), strict=True))
-        poses = row.poses.reshape(-1, 12).tolist()
+        supports = dict(zip((u.name for u in system.supports), row.normal.tolist(), strict=True))
+        poses, q = row.poses.reshape(-1, 12).tolist(), row.q.tolist()
         loads = {cargo.body for machine in self.plan.machines for cargo in machine.cargo}
         names = [d.name for d in system.drives] + [r.name for r in system.all_ropes if r.winch]
         names += [x.name for x in system.masters]
@@ -271,12 +271,12 @@ class StaticRun:
             tensions=tensions,
             supports=supports,
             poses={k.body.name: _pose(x) for k, x in zip(s.program.graph.links, poses, strict=True)},
-            coordinates={k.joint.name: float(row.q[k.q.start]) for k in s.program.graph.links if k.q.stop > k.q.start},
+            coordinates={k.joint.name: q[k.q.start] for k in s.program.graph.links if k.q.stop > k.q.start},
             references={name: s.references.value(name, t) for name in names},
             speeds={name: s.references.speed(name, t) for name in names},
             hooked=lugs,
             grounded=any(supports[u.name] > 0.0 for u in system.supports if u.point.body in loads),
-            modes={k.body.name: tuple(row.q[k.q_modes].tolist()) for k in s.program.graph.links if k.n_modes},
+            modes={k.body.name: tuple(q[k.q_modes]) for k in s.program.graph.links if k.n_modes},
             stiffness=None,
         )
 

@@ -35,8 +35,9 @@ ALONG = {"x": 0, "y": 1}
 
 
 class RampTiming(msgspec.Struct, frozen=True):
-    """Swing periods [s] at the beginning of a move and when it stops, and the time between both [s]. `why`: reason why
-    there are no periods, or ""."""
+    """Swing periods [s] at the beginning of a move and when it stops, and the time between both [s].
+
+    `why`: reason why there are no periods, or ""."""
 
     periods: tuple[float, float] = (0.0, 0.0)
     between: float = 0.0

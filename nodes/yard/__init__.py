@@ -7,7 +7,7 @@ beginning     how a yard file is recognised, and where the bundled yards are
 reading       the yard file and its table of blocks; taking: typed values and cells, with errors at their places
 fields        readers of dates, shifts, predecessors and durations
 calendars     working time: shifts across midnight, holidays
-weather       measured or random wind, which reports when it crosses a limit
+weather       measured or random wind and sea, which report when they cross a limit; waves: limits by peak period
 orders        lifts as a yard file describes them; lifts: their results from statics
 network       activities, forward and backward pass, priority rules, serial schedule generation, PERT
 optimising    an optimised schedule by CP-SAT, and a bound that no schedule can beat

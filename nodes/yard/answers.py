@@ -25,7 +25,7 @@ DOUBT = 0.025  # probability, on each side, that a verdict from a sample of runs
 
 
 def quantile(values: Sequence[float], part: float) -> float:
-    """Return the smallest value that at least the fraction `part` of all values does not exceed."""
+    """Return the smallest of the values that at least the fraction `part` of all values do not exceed."""
     return sorted(values)[max(0, ceil(part * len(values) - 1e-9) - 1)]
 
 
@@ -57,7 +57,7 @@ def examined(yard: Yard) -> Sheet:
         Notes("Critical path, resources aside", tuple(lines)),
         Table("Contract", columns("of", "earliest", "contract"), tuple(marked)),
     ]  # fmt: skip
-    parts += _lifts(yard)
+    parts += [*_lifts(yard), *_waves(yard)]
     if unsaid:
         parts.append(Notes("Durations without a source", (", ".join(unsaid),)))
     state = "red" if any(late) or impossible(yard) else "green"
@@ -100,6 +100,19 @@ def _lifts(yard: Yard) -> list[Table]:
         Table("Lifts, from the mechanics", heads, tuple(rows), notes),
         Table("Lifts that cannot be carried out", columns("block", "step", "why"), red[:MOST]),
     ]
+
+
+def _waves(yard: Yard) -> list[Notes]:
+    """Return what the series of the sea does not say about peak periods that limits of steps depend on."""
+    sea, found = yard.weather.sea, list[str]()
+    for step, limit in {one.step: one.sea for one in yard.activities if one.sea}.items():
+        if sea and limit and not sea.periods and not limit.steady:
+            found.append(
+                f"{step}: the sea has no peak periods, so the limit is the lowest of all, {limit.at(None):g} m"
+            )
+        elif sea and limit and (beyond := sum(limit.at(x) < 0.0 for x in sea.periods)):
+            found.append(f"{step}: closed in {beyond} of {len(sea.periods)} hours, whose peak period has no limit")
+    return [Notes("Waves", tuple(found))] if found else []
 
 
 def delivery(values: Values) -> Sequence[float]:
@@ -156,8 +169,9 @@ def _red_runs(values: Values) -> float:
 
 
 def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
-    """Return the report of `run` for a yard: quantiles of key dates, their sensitivities, and causes of waiting. For a
-    single run also the schedule, with a Gantt chart if `drawn`."""
+    """Return the report of `run` for a yard: quantiles of key dates, their sensitivities, and causes of waiting.
+
+    For a single run also the schedule, with a Gantt chart if `drawn`."""
     runs, kept, judged = len(delivery(values)), chances(yard, values), contract_states(yard, values)
     rows = list[tuple[Cell, ...]]()
     for key, ends in finishes(yard, values).items():
@@ -170,6 +184,7 @@ def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
         Table("Waiting of all activities, by cause", columns("for", "mean [h] .1"), tuple(waits(yard, values))),
         _use(yard, values),
         *_lifts(yard),
+        *_waves(yard),
         _criticality(yard, values, runs) if runs > 1 else _schedule(yard, values, drawn),
     ]
     if drawn and runs == 1:

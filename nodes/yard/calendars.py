@@ -23,8 +23,9 @@ Windows = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]  # begins, en
 
 @dataclass(frozen=True)
 class Calendar:
-    """Working time of shifts, days and holidays, described by a short text. An empty text means that all time is
-    working time."""
+    """Working time of shifts, days and holidays, described by a short text.
+
+    An empty text means that all time is working time."""
 
     key: str = ""
 

@@ -5,12 +5,12 @@ activities that may start, in the order of the rule.
 """
 
 from bisect import insort
-from math import inf
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import NEVER, Atomic, Bag, In, Message, Out
 
 from .network import Activity
+from .waves import WaveLimit
 from .weather import HOUR, NONE, WindChange, YardDone, YardWeather
 
 PATIENCE = 3650 * 24 * HOUR
@@ -56,7 +56,7 @@ class Dispatcher(Atomic):
     done, wind, sea, over = In(ActivityEnd), In(WindChange), In(WindChange), Out(YardDone)
 
     def __init__(self, name: str, activities: tuple[Activity, ...], capacities: dict[str, int], rank: list[int],
-                 after: list[list[tuple[int, int]]], limits: tuple[float, ...] = (), seas: tuple[float, ...] = (),
+                 after: list[list[tuple[int, int]]], limits: tuple[float, ...] = (), seas: tuple[WaveLimit, ...] = (),
                  weather: YardWeather = NONE) -> None:  # fmt: skip
         super().__init__(name)
         self.weather, self.limits, self.seas = weather, limits, {limit: k for k, limit in enumerate(seas)}
@@ -181,8 +181,7 @@ class Dispatcher(Atomic):
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 
     def calm_for(self, n: int, now: int) -> bool:
-        """Return whether the wind forecast allows a lift from now to its expected end, or as far as the forecast
-        goes."""
+        """Return whether the wind forecast allows a lift until its expected end, or as far as the forecast goes."""
         end = self.calm[self.limited[n]] if self.calm else -1
         one = self.activities[n]
         return end > now and end >= min(now + self.weather.forecast, one.works.add(now, one.expected))
@@ -192,17 +191,17 @@ class Dispatcher(Atomic):
 
         The operational limit is the activity's limit times the alpha factor for a window of this length."""
         one = self.activities[n]
-        if not self.seas or one.sea == inf:
+        if not self.seas or not one.sea:
             return True
         end = one.works.add(now, one.expected)
-        limit = one.sea * self.weather.factor(end - now)
-        if not limit:
+        factor = self.weather.factor(end - now)
+        if not factor:
             shortest = one.works.shortest(one.expected)
             if self.weather.factor(shortest):
                 return False
             message = f"{one.name} needs a window of {shortest / HOUR:.3g} h, longer than all with an alpha factor"
             raise ModelError(f"{message} in the yard")
-        return bool(self.swell) and self.swell[self.seas[limit]] >= max(end, now + 1)
+        return bool(self.swell) and self.swell[self.seas[one.sea.times(factor)]] >= max(end, now + 1)
 
     def result(self) -> YardSchedule:
         """Return the schedule, and the waiting times by cause."""

@@ -19,7 +19,7 @@ from heavylift.nodes.queueing.distributions import (
     Uniform,
 )
 from heavylift.nodes.scene.text.spelling import NUMBER
-from heavylift.nodes.scene.text.units import LENGTH, TIME
+from heavylift.nodes.scene.text.units import TIME
 
 from .calendars import DAY, MINUTE, WEEK, Shift
 
@@ -78,8 +78,7 @@ def duration(text: str) -> Distribution:
 
 
 def variance(takes: Distribution) -> float:
-    """Return the variance of a duration [s2]; for PERT from its original formula ((b - a) / 6)^2 (Malcolm et al.
-    1959)."""
+    """Return the variance of a duration [s2]; for PERT it is ((b - a) / 6)^2, as published by Malcolm et al. 1959."""
     match takes:
         case Uniform():
             return square(takes.high - takes.low) / 12
@@ -138,8 +137,7 @@ def weekdays(text: object) -> tuple[int, ...]:
 
 
 def shift(text: object) -> tuple[Shift, ...]:
-    """Read the working intervals of a shift, such as `08:00-12:00 13:00-17:00`; an interval that ends before it begins
-    ends on the next day."""
+    """Read the working intervals of a shift, such as `08:00-12:00 13:00-17:00`; `22:00-06:00` ends the next day."""
     found = list[Shift]()
     for part in str(text).replace(",", " ").split():
         clock = CLOCK.fullmatch(part)
@@ -177,13 +175,6 @@ def at(start: date, t: float) -> datetime:
 def words(data: object) -> list[str]:
     """Return a word, or a list of words, as a list of words."""
     return [] if data is None else [str(x) for x in (data if isinstance(data, list) else [data])]
-
-
-def height(text: object) -> float:
-    """Read the significant wave height [m] up to which a step is allowed."""
-    if not (found := LENGTH.read(str(text))) > 0.0:
-        raise ValueError(f"'{text}' is not a valid wave limit: write a height above 0, such as 1 m")
-    return found
 
 
 def units(value: object) -> int:

@@ -14,7 +14,8 @@ from heavylift.nodes.queueing.distributions import Fixed
 from .dispatching import ActivityEnd, ActivityStart, Dispatcher, UnitsInUse, YardSchedule
 from .lifts import Lift, LiftOrder
 from .network import Activity, Yard, ranks, successors
-from .weather import Weather, WindChange
+from .waves import WaveLimit
+from .weather import SeaWeather, Weather, WindChange
 
 CarryOut = Callable[[LiftOrder, float], Lift]  # simulates a lift in a wind [m/s]
 
@@ -27,8 +28,7 @@ class ResourceUse(Message):
 
 
 class StepWork(Message):
-    """Statistics of a step: time for which wind stopped its lifts [s], and numbers of stops, simulated and red
-    lifts."""
+    """Statistics of a step: time lost by wind [s], and numbers of stops, simulated lifts and lifts with red verdict."""
 
     stopped: float
     stops: int
@@ -115,7 +115,7 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def confluent(self, x: Bag) -> None:
-        """Process the new wind before the step's own events, so that it determines which lifts can begin now."""
+        """Process the new wind before the step's own events, because the wind decides which lifts can begin now."""
         self.speed = x[self.wind][-1].speed if x[self.wind] else self.speed
         super().confluent(x)
 
@@ -153,7 +153,7 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
         )
     )
     if of.sea and seas:
-        sea = root.add(Weather("sea", of.sea, seas, seed))
+        sea = root.add(SeaWeather("sea", of.sea, seas, seed))
         root.connect(sea.wind, dispatcher.sea)
         root.connect(dispatcher.over, sea.over)
     weather = root.add(Weather("weather", of.wind, limits, seed)) if of.wind and limits else None
@@ -189,8 +189,9 @@ def expected(yard: Yard, rule: str = "") -> YardSchedule:
 
 
 def thresholds(yard: Yard) -> tuple[float, ...]:
-    """Return the wind speeds [m/s] at which lifts may begin, stop or continue. If lifts are simulated in their wind,
-    also all whole numbers up to 40 m/s."""
+    """Return the wind speeds [m/s] at which lifts may begin, stop or continue.
+
+    If lifts are simulated with the wind of their time, all whole numbers up to 40 m/s are added."""
     lifts = [one.lift for one in yard.activities if one.lift]
     found = {limit for lift in lifts for limit in (lift.wind, lift.stop, lift.resume) if limit < inf}
     if any(one.order and one.order.way == "run" for one in yard.activities):
@@ -198,7 +199,7 @@ def thresholds(yard: Yard) -> tuple[float, ...]:
     return tuple(sorted(found))
 
 
-def operational(yard: Yard) -> tuple[float, ...]:
-    """Return the operational wave height limits [m] of all activities: each limit times each alpha factor."""
+def operational(yard: Yard) -> tuple[WaveLimit, ...]:
+    """Return the operational wave limits of all activities: each limit times each alpha factor."""
     factors = [x for _, x in yard.weather.alpha] or [1.0]
-    return tuple(sorted({one.sea * x for one in yard.activities if one.sea < inf for x in factors}))
+    return tuple(sorted({one.sea.times(x) for one in yard.activities if one.sea for x in factors}))

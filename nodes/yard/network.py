@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
 from graphlib import TopologicalSorter
-from math import inf
 
 from heavylift.kernel.errors import closest
 from heavylift.nodes.devs import seconds
@@ -20,6 +19,7 @@ from heavylift.nodes.queueing.distributions import Distribution
 from .calendars import Calendar
 from .fields import variance
 from .lifts import Lift, LiftOrder
+from .waves import WaveLimit
 from .weather import NONE, YardWeather
 
 RULES = {
@@ -44,7 +44,7 @@ class Activity:
     """A step of a block: duration, needed resources, predecessors, calendar, its lift and its sea limit.
 
     The duration [s] is without its lift; predecessors have lags [ns]; further the time at which the block is ready
-    [ns], and the largest significant wave height Hs [m] that the activity allows."""
+    [ns], and the waves that the activity allows."""
 
     block: str
     step: str
@@ -55,7 +55,7 @@ class Activity:
     works: Calendar
     lift: Lift | None = None
     order: LiftOrder | None = None
-    sea: float = inf
+    sea: WaveLimit | None = None
 
     @property
     def name(self) -> str:
@@ -183,8 +183,9 @@ def rule_named(value: object) -> str:
 
 
 def serial(yard: Yard, rule: str = "") -> list[Span]:
-    """Return the start and finish of each activity [ns] by the serial generation scheme, with expected durations. Not
-    for yards in which an activity keeps a resource beyond its own end."""
+    """Return the start and finish of each activity [ns] by the serial generation scheme, with expected durations.
+
+    Not for yards in which an activity keeps a resource beyond its own end."""
     rank, done = ranks(yard, rule), dict[int, Span]()
     used: dict[str, list[tuple[int, int, int]]] = {name: [] for name in yard.capacities}
     todo = sorted(range(len(yard.activities)), key=rank.__getitem__)

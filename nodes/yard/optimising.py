@@ -25,8 +25,10 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Optimised:
-    """An optimised schedule: start and end of each activity, delivery, and its lower bound, all in ns. The lower bound
-    holds for all schedules; the last field is how the schedule was found."""
+    """An optimised schedule: start and end of each activity, delivery, and a lower bound of all possible deliveries,
+    all in ns.
+
+    `how`: how the schedule was found."""
 
     spans: tuple[Span, ...]
     end: int

@@ -18,8 +18,9 @@ MOST = 1000  # runs of a table
 
 @dataclass(frozen=True)
 class LiftStep:
-    """The lift of a step as written in a yard file: scene, settings, and method that finds the duration. Settings are
-    (path, and text or =column); there may be axes of the table of results."""
+    """The lift of a step as written in a yard file: scene, settings, and method that finds the duration.
+
+    `sets`: pairs of path and text or =column; `over`: axes of the table of results, if any."""
 
     step: str
     scene: str
@@ -123,8 +124,7 @@ def order_of(
 
 
 def found_scene(given: Taking, name: str) -> str:
-    """Return the path of a scene in the folder of the yard file, or the name of a bundled scene; raises SceneError if
-    there is neither."""
+    """Return the path of a scene in the yard file's folder, or the name of a bundled scene; SceneError if neither."""
     beside = given.source.root / name
     scene = str(beside) if beside.is_file() else name
     scene_file(scene)

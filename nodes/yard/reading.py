@@ -9,7 +9,6 @@ from dataclasses import replace
 from datetime import date
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
-from math import inf
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -30,6 +29,7 @@ from .network import RULES, Activity, Need, Yard, rule_named
 from .orders import lift_steps, order_of, taken
 from .plans import planned
 from .taking import Taking
+from .waves import wave_limit
 from .weather import weather_of
 
 KEYS = {
@@ -107,8 +107,9 @@ class _Reading(Taking):
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
-        """Return the working intervals of each shift, by name. Under "": the intervals of all shifts or, without
-        shifts, the whole day."""
+        """Return the working intervals of each shift, by name.
+
+        Under "": the intervals of all shifts or, without shifts, the whole day."""
         self.mapping(("calendar",), OF_CALENDAR)
         of_day = self.mapping(("calendar", "shifts"))
         shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in of_day}
@@ -135,7 +136,7 @@ class _Reading(Taking):
         for step in given:
             at = ("steps", step)
             self.mapping(at, OF_STEP)
-            self.mapping((*at, "limits"), {"Hs"})
+            self.mapping((*at, "limits"), {"Hs", "from"})
             for resource in self.mapping((*at, "needs")):
                 self.known((*at, "needs", resource), resource, capacities, "resource")
                 self.needed((*at, "needs", resource), resource, capacities)
@@ -200,6 +201,7 @@ class _Reading(Taking):
             s: self.calendar(("steps", s), fields.words(self.source.at(("steps", s, "works"))) or [""], shifts)
             for s in steps
         }
+        seas = {step: wave_limit(self, step) for step in steps}
         begins, ends = self.erection(steps)
         number = {(block, step): i * len(steps) + j for i, block in enumerate(blocks) for j, step in enumerate(steps)}
         made, marks, waits_for = list[Activity](), list[Mark](), dict[str, list[str]]()
@@ -235,8 +237,8 @@ class _Reading(Taking):
                         machines[order.scene] = taken(self, order, step, self.types, capacities)
                     more = machines[order.scene]
                 needs = self.needs(step, block, cells, capacities, number, more)
-                sea = self.take(("steps", step, "limits", "Hs"), fields.height, inf)
-                made.append(Activity(block, step, takes, needs, tuple(after), max(0, ready), calendars[step], sea=sea))
+                one = Activity(block, step, takes, needs, tuple(after), max(0, ready), calendars[step], sea=seas[step])
+                made.append(one)
         try:
             TopologicalSorter(waits_for).prepare()
             TopologicalSorter({n: [m for m, _ in one.after] for n, one in enumerate(made)}).prepare()

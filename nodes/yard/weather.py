@@ -11,16 +11,19 @@ from datetime import date, datetime, timedelta
 from itertools import pairwise
 from math import erfc, isfinite, log, sqrt
 from random import Random
+from typing import Any
 
 from heavylift.nodes.devs import NEVER, Atomic, Bag, In, Message, Out, stream
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
-from heavylift.nodes.scene.text.units import LENGTH, RATIO, SPEED, TIME
+from heavylift.nodes.scene.text.units import ANGLE, LENGTH, RATIO, SPEED, TIME
 
 from .calendars import DAY, YEARS
 from .taking import Taking
+from .waves import WaveLimit
 
 HOUR = DAY // 24
 COLUMNS, MONTHLY = {"wind": ("wind", SPEED), "sea": ("Hs", LENGTH)}, ("month", "scale", "shape")  # of a series
+OF_WAVES = {"Tp": TIME, "from": ANGLE}  # columns that a series of the sea may have
 CALM = "none"  # in place of a yard's weather
 YEAR = 8760  # hours; also how far ahead a calm is looked for
 
@@ -40,6 +43,8 @@ class HourlySeries:
     scales: tuple[float, ...] = ()
     shapes: tuple[float, ...] = ()
     persistence: float = 0.0
+    periods: tuple[float, ...] = ()  # Tp [s] of a measured sea, if known
+    directions: tuple[float, ...] = ()  # [rad] from which it comes, if known
 
     @property
     def drawn(self) -> bool:
@@ -51,6 +56,14 @@ class HourlySeries:
         if self.series:
             return self.begins[random.randrange(len(self.begins)) if drawn and len(self.begins) > 1 else 0]
         return random.gauss(0.0, 1.0)
+
+    def waves(self, n: int) -> tuple[float | None, float | None]:
+        """Return peak period [s] and direction [rad] of the waves in hour n of a measured series; None where not
+        known."""
+        periods, directions = self.periods, self.directions
+        return (
+            periods[n % len(periods)] if periods else None, directions[n % len(directions)] if directions else None
+        )  # fmt: skip
 
     def hours(self, day: int, state: float, random: Random) -> tuple[list[float], float]:
         """Return the values of the series in all 24 hours of a day, and the state with which the next day begins."""
@@ -88,14 +101,15 @@ class Weather(Atomic):
 
     def __init__(self, name: str, wind: HourlySeries, limits: Sequence[float], seed: int) -> None:
         super().__init__(name)
-        self.given, self.limits, self.seed = wind, tuple(limits), seed
+        self.given, self.limits, self.seed, self.count = wind, tuple(limits), seed, len(limits)
 
     def start(self) -> None:
         """Schedule the weather report on the first hour."""
         self.random, self.known = stream(self.seed, self.path), list[float]()
         year = stream(self.seed, "year")  # one for all series, which belong together
         self.state = self.given.begin(year if self.given.series else self.random, self.seed > 0)
-        self.hour, self.above = 0, [0] * len(self.limits)  # the hour of which it tells next; next one above each limit
+        self.begun, self.hour = int(self.state), 0  # the hour of which it tells next
+        self.above = [0] * self.count  # next hour above each limit
         self.look()
         self.hold_in(0)
 
@@ -118,23 +132,32 @@ class Weather(Atomic):
 
     def look(self) -> None:
         """Find the next crossing of a limit by the wind speed or wave height, and store its time."""
-        class_, n = bisect_left(self.limits, self.at(self.hour)), self.hour + 1
+        class_, n = self.place(self.hour), self.hour + 1
         most = n + (len(self.given.series) or YEARS * YEAR)
-        while n < most and bisect_left(self.limits, self.at(n)) == class_:
+        while n < most and self.place(n) == class_:
             n += 1
         self.next = n if n < most else -1
-        ends = [self.exceeded(k, n) for k in range(len(self.limits))]
+        ends = [self.exceeded(k, n) for k in range(self.count)]
         calm = tuple((NEVER if self.next < 0 else n * HOUR) if n > self.hour else -1 for n in ends)
         self.change = WindChange(self.at(self.hour), calm, self.next < 0)
 
     def exceeded(self, k: int, change: int) -> int:
-        """Return the first hour, from now on, in which the wind speed or wave height exceeds limit number k. The search
-        ends after one year, but not before the hour `change`."""
+        """Return the first hour, from now on, in which the wind speed or wave height exceeds limit number k.
+
+        The search ends after one year, or at the hour `change` if that is later."""
         n = max(self.above[k], self.hour)
-        while n < max(self.hour + YEAR, change) and self.at(n) <= self.limits[k]:
+        while n < max(self.hour + YEAR, change) and self.within(n, k):
             n += 1
         self.above[k] = n
         return n
+
+    def place(self, hour: int) -> Any:
+        """Return the number of limits below the wind speed or wave height in an hour."""
+        return bisect_left(self.limits, self.at(hour))
+
+    def within(self, hour: int, k: int) -> bool:
+        """Return whether an hour is within limit number k."""
+        return self.at(hour) <= self.limits[k]
 
     def at(self, hour: int) -> float:
         """Return the wind speed or wave height in an hour."""
@@ -144,10 +167,25 @@ class Weather(Atomic):
         return self.known[hour]
 
 
+class SeaWeather(Weather):
+    """Atomic model that reports the wave height whenever it crosses a limit, which depends on period and direction."""
+
+    def __init__(self, name: str, sea: HourlySeries, limits: Sequence[WaveLimit], seed: int) -> None:
+        super().__init__(name, sea, (), seed)
+        self.waves, self.count = tuple(limits), len(limits)
+
+    def place(self, hour: int) -> Any:
+        return [self.within(hour, k) for k in range(self.count)]
+
+    def within(self, hour: int, k: int) -> bool:
+        return self.waves[k].allows(self.at(hour), *self.given.waves(self.begun + hour))
+
+
 @dataclass(frozen=True)
 class YardWeather:
-    """Wind and sea of a yard, the length of the wind forecast [ns], and the alpha factors of the sea. These are pairs
-    of window length [ns], ascending, and factor by which operational limits are reduced."""
+    """Wind and sea of a yard, the length of the wind forecast [ns], and the alpha factors of the sea.
+
+    `alpha`: pairs of window length [ns], in ascending order, and factor by which operational limits are reduced."""
 
     wind: HourlySeries | None = None
     sea: HourlySeries | None = None
@@ -186,9 +224,11 @@ def weather_of(given: Taking, start: date) -> YardWeather:
     if listed and calm:
         given.source.fault(("weather", "alpha"), "alpha factors are of the sea: give 'sea' beside them")
     for step in given.mapping(("steps",)):
-        path = ("steps", step, "limits", "Hs")
-        if given.source.at(path) is not None and calm:
+        path = ("steps", step, "limits")
+        if given.source.at((*path, "Hs")) is not None and calm:
             given.source.fault(path, "the yard has no sea for it: give 'weather: {sea: ...}', or 'weather: none'")
+        if given.source.at((*path, "from")) is not None and not (sea and sea.directions):
+            given.source.fault((*path, "from"), "the sea has no directions: give its series a column 'from [deg]'")
     # measured series of a year or more begin in a calendar year that they have in common
     long = [x for x in (wind, sea) if x and len(x.series) >= YEAR]
     years = sorted(set[int].intersection(*({n - x.since for n in x.begins} for x in long))) if long else []
@@ -207,7 +247,7 @@ def _hourly(given: Taking, start: date, what: str) -> HourlySeries | None:
     path, names = ("weather", what, kind), ("time", column) if kind == "series" else MONTHLY
     head, rows = given.table(path)
     keys = [x.key for x in head]
-    others = {x for x, _ in COLUMNS.values()} if kind == "series" else set[str]()  # of another series in the table
+    others = {x for x, _ in COLUMNS.values()} | {*OF_WAVES} if kind == "series" else set[str]()  # of the other series
     if head and sorted({*keys} - others | {*names} & {*keys}) != sorted(names):
         given.source.fault(path, f"the columns are {', '.join(names)}, not {', '.join(keys)}", mark=head[0].mark)
     if not head or given.source.faults:
@@ -216,8 +256,9 @@ def _hourly(given: Taking, start: date, what: str) -> HourlySeries | None:
 
     def number(cells: dict[str, TableCell], name: str) -> float:
         def read(text: str) -> float:
-            x = float(text) if name in ("shape", "month") else dimension.read(with_unit(text, units[name]))
-            if not (isfinite(x) and (x > 0 or (name == column and x == 0))):
+            plain, of = name in ("shape", "month"), OF_WAVES.get(name, dimension)
+            x = float(text) if plain else of.read(with_unit(text, units[name]))
+            if not (isfinite(x) and (x > 0 or (name in (column, "from") and x == 0))):
                 raise ValueError(f"'{text}' is not a valid {name} of the {what}: write a positive number")
             return x
 
@@ -237,7 +278,10 @@ def _hourly(given: Taking, start: date, what: str) -> HourlySeries | None:
         hours = round((datetime(start.year, start.month, start.day) - times[0]).total_seconds()) // 3600
         years = len(speeds) // YEAR
         first = hours % (YEAR if years else len(speeds))
-        return HourlySeries(start, speeds, tuple(first + n * YEAR for n in range(max(1, years))), hours)
+        begins = tuple(first + n * YEAR for n in range(max(1, years)))
+        more = (tuple(number(c, x) for c in table) if what == "sea" and x in keys else () for x in OF_WAVES)
+        periods, directions = more
+        return HourlySeries(start, speeds, begins, hours, periods=periods, directions=directions)
     months = {int(number(cells, "month")): cells for cells in table}
     if sorted(months) != [*range(1, 13)]:
         given.source.fault(path, "give each month once, from 1 to 12", mark=head[0].mark)

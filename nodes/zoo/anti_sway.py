@@ -17,11 +17,11 @@ from heavylift.nodes.models import Sample, SetPoint
 
 
 class Damper(Atomic):
-    """Anti-sway controller: moves a trolley by `distance` [m] and damps the swing of its load. It has the `speed` [m/s]
-    and the acceleration `ramp` [m/s2], from the time `begin` [s].
+    """Anti-sway controller: moves a trolley by `distance` [m] and damps the swing of its load.
 
-    `gain` [m/s per rad], `integral` [m/s2 per rad] and `derivative` [m per rad] are P, I and D; `most` [m/s] limits the
-    speed set-point; a set-point that changes by at most `still` [m/s] is not sent.
+    The move begins at the time `begin` [s], with the `speed` [m/s] and the acceleration `ramp` [m/s2]. `gain` [m/s per
+    rad], `integral` [m/s2 per rad] and `derivative` [m per rad] are P, I and D; `most` [m/s] limits the speed
+    set-point; a set-point that changes by at most `still` [m/s] is not sent.
     """
 
     swing = In(Sample)

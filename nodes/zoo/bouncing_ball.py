@@ -22,8 +22,9 @@ class Bounce(Message):
 
 
 class FallingBall(Hybrid):
-    """Hybrid model of a ball that falls from a `height` [m]; a bounce keeps the fraction `e` [1] of its speed. Below 1
-    mm/s it rests."""
+    """Hybrid model of a ball that falls from a `height` [m] and bounces with the fraction `e` [1] of its speed.
+
+    Below 1 mm/s it rests."""
 
     bounce = Out(Bounce)
 

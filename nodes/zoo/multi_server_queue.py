@@ -20,8 +20,9 @@ class QueueStatistics(Message):
 
 
 class Station(Atomic):
-    """One queue with c servers, each of which serves jobs at a `rate` [1/s]. A served job returns to the queue with the
-    probability `again` [1]."""
+    """One queue with c servers, each of which serves jobs at a `rate` [1/s].
+
+    A served job returns to the queue with the probability `again` [1]."""
 
     into, left = In(Job), Out(Job)
 

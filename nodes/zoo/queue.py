@@ -59,8 +59,7 @@ class PoissonGenerator(Generator):
         self.rate, self.seed = rate, seed
 
     def start(self) -> None:
-        """Create the generator's random stream anew, and draw the time of the first job. Equal seeds give equal
-        times."""
+        """Create the generator's random stream anew from its seed, and draw the time of the first job."""
         self.number, self.random = -1, stream(self.seed, self.path)
         self.internal()
 

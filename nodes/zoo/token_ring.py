@@ -10,8 +10,9 @@ class Token(Message):
 
 
 class RingStation(Atomic):
-    """Station of a token ring: holds tokens for `hold` [ns], then passes them on. `first`: the token that the station
-    holds at the start."""
+    """Station of a token ring: holds tokens for `hold` [ns], then passes them on.
+
+    `first`: the token that the station holds at the start."""
 
     into, out = In(Token), Out(Token)
 

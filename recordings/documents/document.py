@@ -54,8 +54,9 @@ def report(
     force: bool = False,
     **given: str,
 ) -> Path:
-    """Write the report of a recording to a .html, .pdf, .xlsx, .json or .txt file, or its drawings to a .dxf file;
-    raises RecordingError if a file cannot be read or written.
+    """Write the report of a recording to a .html, .pdf, .xlsx, .json or .txt file, or its drawings to a .dxf file.
+
+    Raises RecordingError if a file cannot be read or written.
 
     `verdict`: verdict for a recording that has none (`heavylift report` computes it); `given`: fields of `Project` that
     override those of the scene.

@@ -51,8 +51,7 @@ Item = Path | Text | DimensionLine
 
 @dataclass
 class View:
-    """A view drawn at scale 1 : `scale`: its items in their own coordinates, and the place of their origin on the
-    sheet."""
+    """A view drawn at scale 1 : `scale`: its items in their own coordinates, and the place of their origin."""
 
     title: str
     scale: float
@@ -83,7 +82,7 @@ def _pair(p: Floats) -> tuple[float, float]:
 
 
 def fitting(width: float, height: float, room: tuple[float, float]) -> float:
-    """Return the largest standard scale at which an area of width x height [m] fits into `room` [mm]."""
+    """Return the largest standard scale at which an area of width x height [m] fits into `room` [mm] on paper."""
     fits = (s for s in SCALES if width * 1e3 / s <= room[0] and height * 1e3 / s <= room[1])
     return next(fits, SCALES[-1])
 

@@ -47,7 +47,7 @@ class DrawnLine(NamedTuple):
 
 
 class DrawnHook(NamedTuple):
-    """A hook block in a drawing: position of its eye, and the slewing axis of its crane, if the crane slews."""
+    """A hook block in a drawing: position of its eye, and the slewing axis of its crane (None if it does not slew)."""
 
     rope: str
     eye: Floats
@@ -55,8 +55,10 @@ class DrawnHook(NamedTuple):
 
 
 class DrawnInstant(NamedTuple):
-    """Everything drawn of one instant of a run: time [s], solids, ropes and hooks, the block's mass [kg], and the
-    smallest clearance of the run if it occurs at this instant."""
+    """Everything drawn of one instant of a run: time [s], solids, ropes, hooks, and the block's mass [kg].
+
+    Also the smallest clearance of the run, if it occurs at this instant.
+    """
 
     title: str
     t: float
@@ -156,8 +158,10 @@ def instant(
     hanging: Collection[str],
     near: Clearance | None = None,
 ) -> DrawnInstant:
-    """Return everything drawn of a plan (as plain data) with its bodies at the given poses (7,). `hanging`: machines
-    that hang on the hooks of other machines."""
+    """Return everything drawn of one instant, from the plan as plain data and the poses (7,) of its bodies.
+
+    `hanging`: machines that hang on the hooks of other machines.
+    """
 
     def world(body: str, p: object) -> Floats:
         pose, point = poses.get(body), np.asarray(p, np.float64)

@@ -91,8 +91,7 @@ CELLS = (0.0, 62.0, 150.0, 202.0, 242.0, SIZE[0])
 
 
 def svg_alone(view: View, room: tuple[float, float]) -> str:
-    """Return a view as SVG, centred on a sheet of the size `room` [mm]; the sheet is larger if the items of the view
-    need more space."""
+    """Return a view as SVG, centred on a sheet of at least the size `room` [mm]."""
     points = np.concatenate([points_of(item) for item in view.items])
     low, high = points.min(axis=0), points.max(axis=0)
     width, height = np.maximum(high - low + 2 * MARGIN, room).tolist()

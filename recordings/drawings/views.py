@@ -53,8 +53,7 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
 
 
 def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
-    """Return a plan and two elevations, each at the scale that fits `room` [mm]; the second elevation looks at the
-    first one from its right-hand side."""
+    """Return a plan and two elevations, each at a scale that fits `room` [mm]; the second is seen from the right."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")

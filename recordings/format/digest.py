@@ -91,8 +91,7 @@ class Digest:
         rows.add(number, hashlib.sha256(_NUMBERS.pack(number, t_ns) + row).digest())
 
     def note(self, number: int, t_ns: int, sentence: str) -> None:
-        """Add a note from the node that sends samples to the digest of the run: its number, simulation time [ns] and
-        sentence."""
+        """Add a note of the sampling node to the digest: its number, simulation time [ns] and sentence."""
         self._total = ""
         self._notes[number] = hashlib.sha256(msgspec.msgpack.encode((number, t_ns, sentence))).digest()
 

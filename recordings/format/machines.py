@@ -66,8 +66,7 @@ FACTS = ("asked", "modelled", "steps")  # names of the lines
 
 
 def settings(run: Mapping[str, str]) -> dict[str, str]:
-    """Return the settings of a run as lines of text by name, from the facts of its recording; settings that were not
-    recorded are omitted."""
+    """Return the settings in the facts of a run, by name, as lines of text; missing ones are omitted."""
     asked = run.get("asked", "")
     found = {}
     if asked:

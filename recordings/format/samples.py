@@ -73,8 +73,7 @@ def unit_of(unit: str, column: str) -> str:
 
 
 class SampleChannel(msgspec.Struct, frozen=True):
-    """The columns `start` to `stop` of a sample row: topic such as "rope/tension", names of columns, and common
-    unit."""
+    """The columns `start` to `stop` of a sample row: topic such as "rope/tension", column names, common unit."""
 
     topic: str
     names: list[str]
@@ -155,7 +154,7 @@ def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
     if len(data) != 8 * width * n:
         raise RecordingError(
             f"samples from number {first}: {len(times)} rows of {width} values are {8 * width * len(times)} "
-            f"bytes, but {len(data)} came; the sender's layout differs from the announced one"
+            f"bytes, but {len(data)} arrived; the sender's layout differs from the announced one"
         )
     rows = np.frombuffer(data, "<f8").reshape(n, width)
     return Batch(first, times, np.broadcast_to(rows, (len(times), width)), wire.notes, wire.period, wire.lift)
@@ -186,8 +185,7 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
 
 
 def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
-    """Return the numbers of at most `rows` rows: the first, the last, and those with the minima and maxima of these
-    columns in equal parts of the run."""
+    """Return indices of at most `rows` rows: the first, the last, and those of minima and maxima of these columns."""
     n = len(columns[0])
     if n <= rows or rows < 4:
         return np.arange(n)
@@ -203,8 +201,7 @@ NOTHING = -40  # power of two of what is no value
 
 
 class Columns:
-    """The recorded columns of rows with one layout: `fields` of numbers, then seven columns for each of the
-    `bodies`."""
+    """The recorded columns of rows with one layout: `fields` of numbers, then seven columns per body in `bodies`."""
 
     def __init__(self, layout: SampleLayout) -> None:
         poses = [channel for channel in layout.channels if channel.topic.startswith(POSE)]
@@ -247,7 +244,7 @@ def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
 
 
 class Rounding:
-    """Rounding of the columns of these channels; must be applied to the rows of a run in order."""
+    """Rounds the columns of given channels; must be applied to all rows of a run in order."""
 
     def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
         """Prepare the rounding; the first `recalled` rows are rounded already, and `most` are the largest values of

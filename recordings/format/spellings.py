@@ -42,8 +42,10 @@ def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[st
 
 
 def old_type(data: dict[str, Any]) -> bool:
-    """Convert a crane type of the former family goliath so that it extends the smallest type of that family; return
-    whether the type belonged to the family."""
+    """Convert a crane type of the former family goliath; return whether the type belonged to it.
+
+    The type then extends the smallest type of that family.
+    """
     if data.get("family") != FAMILY:
         return False
     del data["family"]
@@ -53,15 +55,13 @@ def old_type(data: dict[str, Any]) -> bool:
 
 
 def driven(actuator: str) -> str:
-    """Return the name, for reports, of the part that an actuator moves, such as a crane or a trolley; if the part has
-    no such name, the name of the actuator."""
+    """Return the reported name of the part that an actuator moves, or the actuator's if it has none."""
     crane, called = called_of(actuator)
     return f"the {called} of {crane}" if called else crane
 
 
 def called_of(actuator: str) -> tuple[str, str]:
-    """Return the machine of an actuator, and the name, for reports, of the part that the actuator moves; if the part
-    has no such name, the name of the actuator and ""."""
+    """Return the machine and the reported name of the part that an actuator moves, or the actuator and ""."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

@@ -98,8 +98,10 @@ def boxes_of(data: bytes) -> list[DrawnBox]:
 
 
 def log_message(t_ns: int, level: str, name: str, message: str, number: int = 0) -> bytes:
-    """Return a foxglove.Log message. `level`: debug, info, warning, error or fatal; `number`: number of a note, stored
-    in the field `line`."""
+    """Return a foxglove.Log message; `level`: debug, info, warning, error or fatal.
+
+    `number`: number of a note, stored in the field `line`.
+    """
     log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message, line=number)
     return bytes(log.SerializeToString())
 
@@ -170,15 +172,17 @@ class Ropes:
         self._drawn = np.full((len(bodies), 7), np.inf)
 
     def moved(self, poses: NDArray[np.float64]) -> bool:
-        """Return whether a body has moved since the rope lines were drawn last; if so, count the lines as drawn."""
+        """Return whether a body has moved since the rope lines were drawn last; if so, store the poses as drawn."""
         moved = bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
         if moved:
             self._drawn = poses
         return moved
 
     def messages(self, times: Sequence[int], poses: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return SceneUpdate messages (n, bytes) of the rope lines at these times [ns], for the poses (n, bodies, 7) of
-        the bodies [m, quaternion x y z w]."""
+        """Return SceneUpdate messages (n, bytes) of the rope lines at these times [ns].
+
+        poses (n, bodies, 7): [m, quaternion x y z w].
+        """
         ground = np.broadcast_to(self._ground, (len(poses), 1, 7))
         pose = np.concatenate([poses, ground], axis=1)[:, self._body]
         places = pose[:, :, :3] + turned(pose[:, :, 3:], self._points)

@@ -75,8 +75,7 @@ def unpacked(chunk: Chunk) -> bytes:
 
 
 def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
-    """Yield the opcode, and the begin and end of the content, of each record in an uncompressed chunk; raises
-    ValueError for an incomplete record."""
+    """Yield opcode, begin and end of each record in an uncompressed chunk; raises ValueError for an incomplete one."""
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
         begin, place = place + RECORD.size, place + RECORD.size + length
@@ -107,8 +106,7 @@ def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
 
 
 def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
-    """Yield the messages of these channels in an uncompressed chunk as tables; a table contains messages of equal
-    length, one row of bytes for each."""
+    """Yield these channels' messages in an uncompressed chunk as tables: messages of equal length, one per row."""
     flat, place = np.frombuffer(data, np.uint8), 0
     while place < len(data):
         heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content

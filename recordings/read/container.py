@@ -64,7 +64,7 @@ def is_recording(head: bytes) -> bool:
 
 
 class Container:
-    """A finished MCAP file of unknown origin, read safely."""
+    """Reader of a finished MCAP file whose content is not trusted."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = file_path(path)
@@ -135,7 +135,7 @@ class Container:
         if self.size < 2 * len(MAGIC) + FOOTER.size or self._stream.read() != MAGIC:
             raise self.error(
                 "the file is cut off: its end is missing, as in the .part file of a run that was killed; "
-                f"`heavylift recover {path}` saves what there is"
+                f"`heavylift recover {path}` saves what can be read"
             )
         self._check_summary()
         self._stream.seek(0)

@@ -94,7 +94,7 @@ class Contents:
         self._digest.event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(value))
 
     def end(self) -> None:
-        """Complete rows and digest of the contents, after the last message."""
+        """Add the last rows and all notes to the contents and their digest, after the last message."""
         for lift in self._lifts.values():
             self._add(lift)
         for number, (_, t_ns, sentence) in enumerate(sorted(self._notes, key=lambda note: note[0])):
@@ -146,8 +146,7 @@ class _Lift:
         return min(len(self._waiting[kind]) for kind in self._forms) >= BLOCK
 
     def joined(self) -> tuple[list[int], Floats, Floats | None]:
-        """Return the times [ns] of pending rows, their numbers, and the numbers joined with the poses (None if the
-        times of numbers and poses differ)."""
+        """Return the pending rows: times [ns], numbers, and numbers with poses (None if poses have other times)."""
         at, parts = list[list[int]](), list[Floats]()
         for kind in sorted((kind for kind in self._forms if self._waiting[kind]), reverse=True):  # samples, then poses
             waiting, self._waiting[kind] = self._waiting[kind], []
@@ -243,8 +242,7 @@ def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice])
 def with_own_rows(
     signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
-    """Return the columns of a signal, with the rows recorded at events of single lifts merged in; at equal times, these
-    rows come last."""
+    """Merge the rows recorded at events of single lifts into a signal; at equal times, they come last."""
     for topic in topics:
         found = _form(topic.name, topic.metadata, signal)
         if found is None:

@@ -46,8 +46,7 @@ def silent(rec: Recording) -> bool:
 
 
 def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
-    """Return one signal for each port that sent outputs, with the columns that match one of the patterns (all columns
-    if there are no patterns)."""
+    """Return one signal for each port that sent outputs, with the columns that match a pattern (default: all)."""
     found = [_signal(name, events) for name, events in _ports(rec).items()]
     chosen = {id(x): [c for c in x.names if _fits(x.name, c, patterns)] for x in found}
     for pattern in patterns:
@@ -61,8 +60,7 @@ def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
 
 
 def log(rec: Recording, patterns: Sequence[str] = ()) -> tuple[list[str], list[list[object]]]:
-    """Return the header and the rows of a table of the events on matching ports, in order, with one column for each
-    field of their messages."""
+    """Return a table of the events on matching ports: header, and rows with a column for each message field."""
     names = {x.name: x.names for x in port_signals(rec, patterns)} if patterns else {}
     fields: dict[str, None] = {}
     kept: list[tuple[RecordedEvent, dict[str, object]]] = []
@@ -189,8 +187,7 @@ def _parquet(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
 
 
 def matching(rec: Recording, patterns: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the pairs (signal, column) that match one of the patterns (all pairs if there are no patterns), in the
-    order of the recording."""
+    """Return the pairs (signal, column) that match a pattern (default: all), in the order of the recording."""
     every = chosen(rec, "*")
     wanted: set[tuple[str, str]] = set()
     for pattern in patterns:

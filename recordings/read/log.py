@@ -36,7 +36,7 @@ class LogTable:
     decimal: str
 
     def error(self, row: int, column: str, what: str) -> RecordingError:
-        """Return an error about a cell of the CSV table, named by file, row and column."""
+        """Return an error that names the file, the row and the column of a cell."""
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
     def unit(self, column: str) -> str:
@@ -67,8 +67,10 @@ class LogTable:
         return out
 
     def seconds(self, column: str = "", unit: str = "") -> Floats:
-        """Return the times (n,) [s] of the rows, which must be complete and in ascending order; dates are converted to
-        seconds since the first row."""
+        """Return the times (n,) [s] of the rows; dates are converted to seconds since the first row.
+
+        Each row must have a time, and times must ascend.
+        """
         column = column or next((name for name, _ in self.head if name.lower() in TIMES), TIMES[0])
         k = self._number(column)
         dates = [_date(cells[k]) for cells in self.cells]

@@ -39,8 +39,10 @@ NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 
 
 class Recording:
-    """A finished recording, opened for reading; raises RecordingError for a file that is missing, cut off, damaged, or
-    not a recording of heavylift."""
+    """A finished recording, opened for reading.
+
+    Raises RecordingError for a file that is missing, cut off, damaged, or not a recording of heavylift.
+    """
 
     def __init__(self, path: str | Path) -> None:
         self._file = Container(path)
@@ -70,7 +72,7 @@ class Recording:
             newer = found.isdecimal() and len(found) < 10 and int(found) > FORMAT
             to = f"{install(self.version)}, or a later one" if newer else again(self.version)
             raise self._file.error(
-                f"the recording has format {found[:20]}, this is heavylift {__version__}, which reads format "
+                f"the recording has format {found[:20]}, but this is heavylift {__version__}, which reads format "
                 f"{FORMAT}; {to}"
             )
 
@@ -80,8 +82,8 @@ class Recording:
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """Return a fact of `result` or `run` from JSON; raises RecordingError if it has another type than the
-        default."""
+        """Return a fact of `result` or `run` from JSON; raises RecordingError if its type differs from the
+        default's."""
         found = text = self.result.get(name, self.run.get(name))
         if text is None or isinstance(default, str):
             return default if text is None else text
@@ -95,8 +97,7 @@ class Recording:
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
-        """Sizes [bytes] of the checkpoints of the mechanics (for `heavylift branch`), by logical time (ns,
-        microstep)."""
+        """Sizes [bytes] of the mechanics' checkpoints (for `heavylift branch`), by logical time (ns, microstep)."""
         with self.reading():
             found = self._file.summary.attachment_indexes
             sizes = {x.name.removeprefix(CHECKPOINT): x.data_size for x in found if x.name.startswith(CHECKPOINT)}
@@ -195,8 +196,7 @@ class Recording:
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
     def message(self, fact: str) -> list[str]:
-        """Return the sentences of a result: for `measured`, the comparison with the log of a real lift; for
-        `certified`, the error estimates of `heavylift run --certify`."""
+        """Return the sentences of the fact `measured` (compared with a real lift) or `certified` (error estimates)."""
         return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
@@ -245,8 +245,7 @@ class Recording:
     def blocks(
         self, names: Sequence[str], only: Sequence[int] | None = None
     ) -> Iterator[tuple[list[int], list[Floats]]]:
-        """Yield times [ns] and values of these signals in blocks of some thousand rows, up to the last row that all
-        have.
+        """Yield times [ns] and values of these signals in blocks of some thousand rows, until one signal ends.
 
         Measured signals that are requested together with simulated signals are interpolated at the times of the
         simulation (`Signal.at`). `only`: numbers of the wanted samples, in ascending order.

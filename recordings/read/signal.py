@@ -205,7 +205,7 @@ class RecordedPart:
 
     @staticmethod
     def of(rec: SignalSource, name: str) -> "RecordedPart":
-        """Return the part of a recording with this name ("legs/1": legs-1); raises SignalError if there is none."""
+        """Return the part of a recording with this name ("legs/1" means legs-1); raises SignalError without one."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(BEAMS, {}).items() if hung in names}
         found: dict[str, list[str]] = {}
@@ -260,7 +260,7 @@ class RecordedPart:
         return f"<{self.name}: {', '.join(self._words)}>"
 
     def __getstate__(self) -> NoReturn:
-        raise TypeError("a signal of a recording cannot be pickled; pickle its arrays")
+        raise TypeError("a part of a recording cannot be pickled; pickle the arrays of its signals")
 
 
 def _in(column: str, names: tuple[str, ...]) -> bool:

@@ -96,8 +96,7 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return the names of recorded results that cannot be recomputed from the recording: the verdict, times of peaks,
-    in some cases the digest."""
+    """Return the names of recorded results that cannot be recomputed, such as the verdict."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
@@ -114,8 +113,7 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
 
 
 def complaints(rec: Recording) -> list[str]:
-    """Return sentences about contradictions in a recording: damaged bytes; a digest, samples or peaks that disagree
-    with events and rows."""
+    """Return sentences about contradictions in a recording, such as damaged bytes or a digest that disagrees."""
     if rec.complaints is None:
         rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
     return rec.complaints
@@ -145,7 +143,7 @@ def opened(path: str | Path | Recording) -> Recording:
 
 
 def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> str:
-    """Return a description of the recording at `path` as text; `verdict`: used if the recording contains no verdict."""
+    """Return a description of the recording at `path` as text; `verdict` replaces the recorded verdict if given."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():

@@ -29,8 +29,10 @@ ROWS = 24  # signals in the text
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of one column between the recordings a and b: largest |b - a| and its time [s], RMS of b - a over
-    time, largest |a|, unit."""
+    """Difference of one column between the recordings a and b.
+
+    Largest |b - a| and its time [s], RMS of b - a over time, largest |a|, unit.
+    """
 
     name: str
     most: float
@@ -129,8 +131,10 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> RecordingComp
 
 
 def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
-    """Draw matching columns of two recordings into one figure, by default the columns of the four signals that differ
-    most; return the path of the figure."""
+    """Draw matching columns of two recordings into one figure; return its path.
+
+    Default: the columns of the four signals that differ most.
+    """
     out = checked(out)
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():

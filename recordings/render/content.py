@@ -126,8 +126,7 @@ def _text(value: object) -> str:
 
 
 def load_of(signals: Sequence[tuple[str, str, str]], rows: Floats) -> Floats:
-    """Return the load shown for each sample row: the sum of all rope tensions, or of all signals if there are no
-    ropes."""
+    """Return the load shown for each sample row: the sum of all rope tensions, or of all signals without ropes."""
     ropes = [k for k, (group, _, _) in enumerate(signals) if group == "rope/tension"]
     load: Floats = np.nansum(rows[:, ropes or list(range(len(signals)))], axis=1)  # logs may cover a part of the run
     return load

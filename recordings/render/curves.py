@@ -175,8 +175,7 @@ def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """Return one panel for each unit, with the matching columns, their measured counterparts, and the rated values of
-    ropes as limits."""
+    """Return one panel per unit, with matching and measured columns, and the ropes' rated values as limits."""
     wanted = matching(rec, patterns)
     measured = [(MEASURED + name, column) for name, column in wanted if MEASURED + name in rec.signals()]
     wanted += [x for x in measured if x not in wanted and x[1] in rec.columns(x[0])]
@@ -218,5 +217,5 @@ def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
 
 
 def larger(unit: str) -> tuple[float, str]:
-    """Return the larger unit in which values of a unit are displayed, and the conversion factor."""
+    """Return factor and name of the unit in which values are displayed, such as 0.001 and kN for N."""
     return LARGER.get(unit, (1.0, unit))

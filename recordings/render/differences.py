@@ -49,8 +49,7 @@ def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
 
 
 def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[float, str]]]:
-    """Compare the rows of a topic in two recordings: return descriptions of the rows that only one recording has, and
-    the time [s] and description of the first difference."""
+    """Return descriptions of the rows that only one recording has, and the first difference with its time [s]."""
     a, b = (hashes(rec, topic) for rec in (A, B))
     if np.array_equal(a, b):
         return [], []

@@ -47,7 +47,7 @@ class _Viewer(NamedTuple):
 
 
 class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
-    """Server that sends a run in progress to Foxglove and Lichtblick on this machine; a context manager around it."""
+    """Server that sends a run in progress to Foxglove and Lichtblick on this machine; closed as a context manager."""
 
     def __init__(self, name: str, port: int = PORT) -> None:
         """Open the websocket; raises RecordingError if its package is missing or the port is in use."""
@@ -163,8 +163,8 @@ VIEW = (-0.62, -0.72, 0.32)  # from where the scene is seen
 
 
 def layout(ropes: Sequence[str], middle: tuple[float, float, float], radius: float) -> bytes:
-    """Return the Foxglove layout as JSON, for the ropes in the order of `rope/tension` and a view of the bounding
-    sphere given by `middle` and `radius` [m]."""
+    """Return the Foxglove layout as JSON: tensions of the ropes (in recorded order), and a 3D view of a sphere with
+    this centre and radius [m]."""
     whole = msgspec.json.decode((Path(__file__).parents[1] / "page" / LAYOUT).read_bytes())
     panels: dict[str, Any] = whole["configById"]
     x, y, z = VIEW

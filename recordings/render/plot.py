@@ -86,7 +86,9 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, 
     rec.load([name for name in wanted if name in rec.signals()])
     name = next((name for name in ("rope/tension", "joint/position") if _has(rec, name)), None)
     if name is None:
-        raise RecordingError(f"{rec.path}: the recording has no rope tensions and no joint positions to plot")
+        raise RecordingError(
+            f"{rec.path}: no tensions or joint positions are recorded to plot; record a scene with ropes or joints"
+        )
     t, values, columns, unit = rec.signal(name)
     limits: dict[str, float] = rec.fact("rated", {})
     peaks = values
@@ -198,8 +200,8 @@ def _heading(figure: Figure, lines: Sequence[str], curves: Curves) -> None:
 
 
 def outline(t: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the lower and upper outline of a curve, sampled in steps finer than a pixel, because drawing a filled band
-    of 100 000 samples would take a gigabyte."""
+    """Return the lower and upper outline of a curve, in steps finer than a pixel."""
+    # a filled band of 100 000 samples would take a gigabyte
     first = np.arange(0, len(t), -(-len(t) // FINE))
     return t[first], np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
 

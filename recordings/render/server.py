@@ -87,8 +87,10 @@ class PageServer:
             self.change.notify_all()
 
     def close(self, patience: float, farewell: float) -> None:
-        """Stop the server: wait up to `patience` [s] for a first browser, then up to `farewell` [s] until all browsers
-        have received all messages."""
+        """Stop the server after browsers have received all messages.
+
+        Waits up to `patience` [s] for a first browser, then up to `farewell` [s] for all.
+        """
         with self.change:
             self.change.wait_for(lambda: self.readers or self.served, timeout=patience)
             self.closing = True
@@ -187,8 +189,7 @@ FAREWELL = 2.0  # [s] for browsers to get the end
 
 
 class LivePage(Spectator, AbstractContextManager["LivePage"]):
-    """Live page of a run in progress: a context manager, and an observer of the run that receives `begin`, `event`,
-    `ropes`, `samples` and `end`."""
+    """Live page of a run in progress; a context manager and an observer of the run."""
 
     def __init__(self) -> None:
         self._server = PageServer()

@@ -75,7 +75,7 @@ def timed(axes: Axes) -> None:
 
 
 def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> float:
-    """Draw lines at rated values, except those far above the largest value `high`; return the upper end of the axis."""
+    """Draw lines at the rated values near or below the largest value `high`; return the upper end of the axis."""
     near = {name: limit for name, limit in limits.items() if limit < NEAR * high}
     top = max([high, *near.values()])
     groups: list[list[str]] = []  # those whose lines are close to one another share a label
@@ -179,8 +179,7 @@ class _Drawing:
         return f"{stage}, {clock(self.times[i])}"
 
     def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
-        """Return the view of an instant along the x axis: faces (4, 2) from far to near, colours, rope lines (n, 2,
-        2)."""
+        """Return the view of an instant along the x axis: faces (4, 2) from far to near, colours, lines (n, 2, 2)."""
         faces = [(*face, colour) for far, flat, colour in self._faces for face in zip(far[i], flat[i], strict=True)]
         faces.sort(key=lambda face: -face[0])
         return [f[1] for f in faces], [f[2] for f in faces], self._ropes[i][:, :, 1:]

@@ -43,8 +43,10 @@ Cell: TypeAlias = Value | Marked
 
 
 class Column(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A column of a table: name, unit and number of decimals (`digits`; None: as many as needed). Columns of text have
-    no unit and no decimals."""
+    """A column of a table: name, unit and number of decimals (`digits`; None: as many as needed).
+
+    Columns of text have no unit and no decimals.
+    """
 
     name: str
     unit: str = ""
@@ -84,8 +86,10 @@ def columns(*headings: str) -> tuple[Column, ...]:
 
 
 class Table(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A table with notes, which is printed only if it has rows; `blank`: the table is a form to be filled in by hand;
-    `numbers`: what a workbook holds instead of a table of text."""
+    """A table with notes, printed only if it has rows.
+
+    `blank`: a form to be filled in by hand; `numbers`: what a workbook holds instead of a table of text.
+    """
 
     title: str
     columns: tuple[Column, ...]
@@ -305,8 +309,10 @@ def in_page(figure: "Figure") -> str:
 
 
 def styled(fonts: str) -> AbstractContextManager[None]:
-    """Return a context in which figures are drawn in placeholder colours. `fonts`: "none" writes text as SVG text,
-    "path" as outlines."""
+    """Return a context in which figures are drawn in colours that `in_page` replaces.
+
+    `fonts`: "none" writes text as SVG text, "path" as outlines.
+    """
     from matplotlib import rc_context
 
     style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,

@@ -105,8 +105,7 @@ PATIENCE = 60.0  # [s]
 
 
 def print_page(page: str, out: Path) -> bytes:
-    """Print a self-contained HTML page as PDF and return its bytes; raises RecordingError without a suitable
-    browser."""
+    """Print a self-contained HTML page as PDF bytes; raises RecordingError without a suitable browser."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         raise RecordingError(

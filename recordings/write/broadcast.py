@@ -89,7 +89,7 @@ class Broadcast(Spectator):
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
     ) -> int:
-        """Add a channel, as `RecordingSink.protobuf` does for a recording; return its number."""
+        """Announce a topic and its message type to the listener; return the number of the channel."""
         self._topics.append(topic)
         self._listener.announce(topic, getattr(message, "DESCRIPTOR", message))
         return len(self._topics) - 1

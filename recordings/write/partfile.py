@@ -56,8 +56,7 @@ class PartFile(AbstractContextManager["PartFile"]):
         return writing(self._at or self.path)
 
     def show(self) -> None:
-        """Give the file, which had no name so far, the name `PATH.part` or the next free one, because its content is
-        now worth keeping."""
+        """Give the file, so far without a name, the name `PATH.part` or the next free one."""
         with self.writing():
             self.stream.flush()
             for path in names(self.path):
@@ -146,7 +145,7 @@ class PartFile(AbstractContextManager["PartFile"]):
                     raise OutputError(
                         f"{path}: this file was left by a run that was cut off and will not be "
                         f"overwritten; `heavylift resume {path}` completes "
-                        "that run, `heavylift recover` saves what there is; then delete it, or choose another name "
+                        "that run, `heavylift recover` saves what can be read; then delete it, or choose another name "
                         "with -o"
                     )
                 path.unlink()
@@ -194,8 +193,10 @@ class _Guarded(io.FileIO):
         return n
 
     def check(self, whole: bool = False) -> None:
-        """Raise RecordingError if another program has changed the file; all bytes are compared only if `whole` or if
-        size or time of the file have changed."""
+        """Raise RecordingError if another program has changed the file.
+
+        All bytes are compared only if `whole` or if size or time of the file have changed.
+        """
         now = os.fstat(self.fileno())
         if now.st_size < self._size:
             raise self._owner._lost("cut")

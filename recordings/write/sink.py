@@ -224,8 +224,7 @@ class RowWriter:
             self._lines = 0 if lift else sink.protobuf("/ropes", viewers.SceneUpdate)
 
     def ropes(self, lines: Sequence[viewers.RopeLine]) -> viewers.Ropes:
-        """Return rope lines in the form for `hang`; raises RecordingError for a line on a body without sampled
-        poses."""
+        """Return rope lines prepared for `hang`; raises RecordingError for a line on a body without sampled poses."""
         for line in lines:
             for body in (line.a_body, line.b_body):
                 if body != viewers.WORLD and body not in self.bodies:

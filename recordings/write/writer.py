@@ -171,7 +171,9 @@ class Recorder:
         """Record rows of a single lift."""
         lift = self._lifts[batch.lift]
         if batch.first > lift.next:
-            raise RecordingError(f"samples {lift.next} to {batch.first - 1} of lift {batch.lift} are missing")
+            raise RecordingError(
+                f"samples {lift.next} to {batch.first - 1} of lift {batch.lift} are missing; the sender lost them"
+            )
         times, values = batch.times[lift.next - batch.first :], batch.rows[lift.next - batch.first :]
         if times:
             log_ns = [max(t, self._now) for t in times]
@@ -195,8 +197,7 @@ class Recorder:
         self._drain()
 
     def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
-        """Attach the state of the mechanics at a logical time, before the events of that time; attachments are not part
-        of the digest."""
+        """Attach the state of the mechanics at a logical time, before its events; it is not part of the digest."""
         self._sink.checkpoint(at, state)
 
     def log(self, t_ns: int, level: str, name: str, message: str) -> None:
@@ -246,7 +247,7 @@ class Recorder:
 
     def _announced(self) -> RowWriter:
         if self._rows is None:
-            raise RecordingError("samples came before their layout; announce the layout first")
+            raise RecordingError("samples arrived before their layout; announce the layout first")
         return self._rows
 
     def _writes(self, channel: int, publish_ns: int, data: bytes) -> Callable[[int], None]:

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from heavylift.coordinator.participants import Session, kernel_node
+from heavylift.coordinator.participants import RowFrames, Session, kernel_node
 from heavylift.kernel.description import merge
 from heavylift.kernel.islands import Islands, SideBySide
 from heavylift.kernel.simulation import Simulation
@@ -47,7 +47,7 @@ def scene_run(scene: LoadedScene, apart: bool) -> Made:
         kernel_node.simulate = simulate
         plan, rows = scene.plan, list[bytes]()
         end = Tag(seconds(plan.end or HOUR))
-        session = Session(plan, lambda config: kernel_node.KernelNode(config, rows.append), end=end)
+        session = Session(plan, lambda config: kernel_node.KernelNode(config, RowFrames(rows.append)), end=end)
         began = time.perf_counter()
         session.advance()
         return time.perf_counter() - began, work(session.kernel.simulation)

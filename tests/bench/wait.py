@@ -33,6 +33,7 @@ COLD_s, WARM_s, GRANT_COLD_s, GRANT_WARM_s = 3.0, 1.3, 3.0, 1.5
 SLOWER = 2.0  # with obstacles than without
 IMPORT_s, HELP_s, CHECK_s, OBSTACLES_s = 0.1, 0.3, 0.5, 1.0
 VERDICT_s, PATH_s, DOCUMENT_s, AGAIN_ms = 0.3, 1.0, 2.0, 20.0
+SHARE = 25.0  # [%] of the CPU time of a run, its verdict
 
 
 def least(measure: Callable[[], float], times: int = TIMES) -> float:
@@ -99,18 +100,27 @@ def path() -> float:
 
 
 @contextmanager
-def judging() -> Iterator[list[float]]:
+def judging(clock: Callable[[], float] = time.perf_counter) -> Iterator[list[float]]:
     """Seconds of each verdict."""
     found, judge = [], verdict.verdict_of_run
 
     def timed(*arguments):  # type: ignore[no-untyped-def]
-        began = time.perf_counter()
+        began = clock()
         checked = judge(*arguments)
-        found.append(time.perf_counter() - began)
+        found.append(clock() - began)
         return checked
 
     with patch.object(verdict, "verdict_of_run", timed):
         yield found
+
+
+def share(name: str, settings: list[str], path: Path) -> float:
+    """CPU time of the verdict of a run, in per cent of that of the rest of the run."""
+    with judging(time.process_time) as judged:
+        scene, began = load(name, settings), time.process_time()
+        run(scene, path, in_process=True, force=True)
+        rest = time.process_time() - began - judged[0]
+    return 100.0 * judged[0] / rest
 
 
 def main() -> None:
@@ -152,6 +162,9 @@ def main() -> None:
         with judging() as judged:
             runs = [run(load(LIFT, END), folder / "run.mcap", in_process=True, force=True) for _ in range(TIMES)]
         kernel = min(r.budget.kernel for r in runs)
+        for name, settings in ((CHECKED, []), (LIFT, END)):
+            percent = least(lambda a=name, b=settings: share(a, b, folder / "run.mcap"))  # type: ignore[misc]
+            row(f"{name}, share of a run that its verdict takes", percent, "%", at_most=SHARE)
         row(f"{LIFT}, verdict", min(judged), "s", "kernel of the same run", kernel, at_most=VERDICT_s, absolute=True)
 
 

@@ -46,7 +46,7 @@ def refused(*actions: str) -> str:
 
 
 @pytest.mark.parametrize("way", [-25.0, -10.0, 8.0])
-def test_luffing_moves_the_hook_by_the_changed_rope_length_between_boom_tip_and_drum(way: float) -> None:
+def test_luffing_moves_the_hook_by_the_change_of_rope_length_between_boom_tip_and_drum(way: float) -> None:
     """L0 (1 + T / EA) = falls below the tip + way to the drum / falls, whatever the angle."""
     scene = jib("legs: unhook", "jib main: hoist 10 m/min by 10 m", f"jib: luff 1 deg/s by {way} deg")
     first, last = scene.statics.states[0], scene.statics.states[-1]
@@ -69,7 +69,7 @@ def test_at_rest_the_hoist_rope_carries_the_weight_and_the_slings_share_it() -> 
         assert hanging.tensions[f"legs.sling-{i}"] == pytest.approx(tension, rel=REST)
 
 
-def test_slewing_leaves_the_residual_swing_of_duhamels_integral(tmp_path: Path) -> None:
+def test_slewing_leaves_the_residual_swing_given_by_duhamels_integral(tmp_path: Path) -> None:
     """w'' + w0^2 w = -s'' for small swings, s the path of the tip; what is left turns both ways."""
     rate, ramp, distance = radians(1.0), radians(0.2), radians(40.0)
     freed = ("legs: unhook", "jib main: hoist 10 m/min by 10 m")
@@ -95,7 +95,7 @@ def test_slewing_leaves_the_residual_swing_of_duhamels_integral(tmp_path: Path) 
     assert far.min() == pytest.approx(abs(parts[0] - parts[1]), abs=LINEAR * far.max())
 
 
-def test_a_radius_beyond_the_load_chart_is_refused_with_its_line() -> None:
+def test_a_radius_beyond_the_load_chart_is_refused_with_its_line_in_the_scene() -> None:
     """22 t hang on the hook, and 0.25 t of slings: 24 t may at 30 m, 20 t at 34 m, and between them 20 t."""
     up = ("jib main: hoist 1 m/min until all slings taut", "jib main: hoist 1 m/min until lifted")
     out = [degrees_at(r) for r in (29.9, 30.1)]

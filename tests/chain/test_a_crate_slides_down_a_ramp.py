@@ -72,7 +72,9 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("change", "words"), MISTAKES, ids=[w for _, w in MISTAKES])
-def test_mistakes_in_contacts_are_reported_with_their_line(tmp_path: Path, change: tuple[str, str], words: str) -> None:
+def test_mistakes_in_contacts_are_reported_with_their_line_in_the_scene(
+    tmp_path: Path, change: tuple[str, str], words: str
+) -> None:
     with pytest.raises(SceneError) as e:
         load(str(written(tmp_path, change)))
     assert words in str(e.value)

@@ -26,7 +26,7 @@ def rests(made: LoadedScene, hook: str) -> dict[int, tuple[float, float]]:
     return {s.action: (s.poses[hook][0][2], s.references[hook]) for s in made.statics.states}
 
 
-def test_the_hook_keeps_its_height_while_its_boom_luffs_except_for_rope_stretch() -> None:
+def test_except_for_rope_stretch_the_hook_keeps_its_height_while_its_boom_luffs() -> None:
     """The tip comes down by 5.2 m; what the winch takes in lacks only its stretch."""
     made = scene(
         "jib", *UP, "{jib: luff 0.3 deg/s to 49.46 deg, jib main: hold height}", "jib main: lower 5 m/min by 1 m"

@@ -8,7 +8,7 @@ BALANCE = 0.1  # of the tolerance of a step: five times what the worst of them, 
 
 
 @pytest.mark.parametrize("accuracy", ["0.1 %", "0.005071 %", "0.02 %"])
-def test_a_support_opens_once_at_lift_off_for_any_tolerance(tmp_path, accuracy):
+def test_a_support_opens_exactly_once_at_lift_off_at_any_integration_tolerance(tmp_path, accuracy):
     scene = load("lift", [f"accuracy={accuracy}"])
     result = run(scene, tmp_path / "lift.mcap", in_process=True)
     assert result.sim_s > 59.9

@@ -31,7 +31,7 @@ def test_a_load_lifts_off_when_its_rope_tension_equals_its_weight(pick_up: Recor
     assert near(stretched, FORM["t_lift"], CONSTANT_STIFFNESS)
 
 
-def test_the_peak_tension_of_a_fast_lift_off_has_the_hoisting_factor_of_the_closed_form(pick_up: Recording) -> None:
+def test_the_peak_tension_of_a_fast_lift_off_follows_the_closed_form_of_the_hoisting_factor(pick_up: Recording) -> None:
     _, tension = channel(pick_up, "rope/tension")
     _, peak = channel(pick_up, "rope/peak")
 

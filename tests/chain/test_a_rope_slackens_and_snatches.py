@@ -49,7 +49,7 @@ def pick_up(folder: Path, rope: Rope, speed: float) -> tuple[Events, Events]:
     return sorted(got), rope.hoisted(lifted, speed, end)
 
 
-def test_a_load_hoisted_above_a_critical_speed_touches_the_ground_once_more(tmp_path: Path) -> None:
+def test_a_load_hoisted_above_a_critical_speed_bounces_on_the_ground_once_more(tmp_path: Path) -> None:
     got, want = pick_up(tmp_path, Rope(), FORM["given"]["v_pick"])
 
     assert [what for _, what in got] == [what for _, what in want]
@@ -57,7 +57,9 @@ def test_a_load_hoisted_above_a_critical_speed_touches_the_ground_once_more(tmp_
     assert max(abs(mine - yours) for (mine, _), (yours, _) in zip(got, want, strict=True)) < EVENT
 
 
-def test_a_load_bouncing_on_a_very_long_rope_has_the_flight_times_of_constant_stiffness(tmp_path: Path) -> None:
+def test_a_load_bouncing_on_a_very_long_rope_stays_in_the_air_as_long_as_with_a_rope_of_constant_stiffness(
+    tmp_path: Path,
+) -> None:
     """On 60 m the winch has shortened the rope by 1 % before the first flight, which then takes 3 % longer."""
     got, want = pick_up(tmp_path, VERY_LONG, FORM["given"]["v_pick"])
 

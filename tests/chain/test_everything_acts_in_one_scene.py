@@ -86,7 +86,7 @@ def story() -> Simulation:
 
 
 @pytest.mark.large
-def test_the_energy_balance_closes_over_impact_rope_snatch_and_joint_lock(story: Simulation) -> None:
+def test_the_energy_balance_closes_over_an_impact_a_rope_snatch_and_a_joint_lock(story: Simulation) -> None:
     assert [(e.name, e.what) for _, e in story.log if e.name in ("sling", "bolt")] == [
         ("sling", "taut"),
         ("bolt", "locked"),
@@ -101,7 +101,7 @@ def test_the_energy_balance_closes_over_impact_rope_snatch_and_joint_lock(story:
 
 
 @pytest.mark.large
-def test_results_do_not_depend_on_the_times_at_which_time_grants_divide_the_run(story: Simulation) -> None:
+def test_results_do_not_depend_on_how_time_grants_divide_the_run(story: Simulation) -> None:
     cuts = tuple(int(t) for t in np.random.default_rng(3).integers(0, 60 * MS, 40))
     again = told(tuple(sorted(cuts)))
     assert again.log == story.log

@@ -59,7 +59,7 @@ def test_the_load_chart_interlock_stops_the_boom_at_the_last_allowed_radius(whol
     assert degrees(before) == pytest.approx(degrees(acos((RADIUS - FOOT) / BOOM)), abs=AHEAD)
 
 
-def test_luffing_in_resets_the_load_chart_interlock_and_the_module_can_be_set_down(whole: Recording) -> None:
+def test_luffing_in_resets_the_load_chart_interlock_so_that_the_module_can_be_set_down(whole: Recording) -> None:
     trips = [(value["over"], value["bypassed"]) for _, value in said(whole, "Tripped")]
     assert trips[0] == (True, False)
     assert trips[-1] == (False, False)
@@ -125,7 +125,7 @@ ORDERS = {
 
 
 @pytest.mark.parametrize(("given", "told"), BAD.items())
-def test_an_invalid_interlock_is_reported_with_its_line(given: str, told: str) -> None:
+def test_an_invalid_interlock_is_reported_with_its_line_in_the_scene(given: str, told: str) -> None:
     with pytest.raises(SceneError) as error:
         crawler("wait: 1 s", more=f"interlocks:\n  limit: {given}\n")
     assert told in str(error.value)
@@ -133,7 +133,7 @@ def test_an_invalid_interlock_is_reported_with_its_line(given: str, told: str) -
 
 
 @pytest.mark.parametrize(("order", "told"), ORDERS.items())
-def test_an_invalid_order_to_an_interlock_is_reported_with_its_line(order: str, told: str) -> None:
+def test_an_invalid_order_to_an_interlock_is_reported_with_its_line_in_the_scene(order: str, told: str) -> None:
     with pytest.raises(SceneError) as error:
         crawler(order)
     assert told in str(error.value)

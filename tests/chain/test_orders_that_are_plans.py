@@ -142,7 +142,7 @@ def test_an_order_to_level_a_block_works_through_a_spreader(hook: str, verb: str
     assert abs(tilts[1]) == pytest.approx(0.1, abs=3e-3), "less what the winch still runs as it stops"
 
 
-def test_each_of_several_blocks_is_levelled_by_its_name() -> None:
+def test_an_order_to_level_a_block_can_name_one_of_several_blocks() -> None:
     """Its own slings are what counts; the other one stands where it stood."""
     lugs = "lugs: {A: [-6 m, 0 m, 2 m], B: [6 m, 0 m, 2 m]}"
     supports = "supports: {height: 1 m, at: [[-6 m, -2 m], [6 m, -2 m], [-6 m, 2 m], [6 m, 2 m]]}"

@@ -28,7 +28,7 @@ def test_a_scene_at_rest_is_recorded_up_to_its_end_time(tmp_path: Path) -> None:
     assert (place == 3.0).all()
 
 
-def test_the_relative_energy_error_of_a_swinging_pendulum_refers_to_its_kinetic_energy(tmp_path: Path) -> None:
+def test_the_energy_error_of_a_swinging_pendulum_is_relative_to_its_kinetic_energy(tmp_path: Path) -> None:
     result = run(load("pendulum", ["end=20 s"]), tmp_path / "swing.mcap", in_process=True)
     drop = 60.0 * (1.0 - np.cos(np.radians(10.0)))
     assert abs(result.energy_turned_over / (450e3 * 9.80665 * drop) - 1.0) < 1e-3, "a sample lies near the bottom"

@@ -11,7 +11,7 @@ MEAN, DEVIATION = 10.0, 1.5  # [m/s]
 SHORT = 0.5  # of the deviation: how far the mean of 200 s may be off
 
 
-def test_cranes_that_travel_at_unlike_speeds_separate_by_the_distance_of_their_speed_profiles() -> None:
+def test_the_distance_between_cranes_of_different_travel_speeds_follows_their_speed_profiles() -> None:
     """Both start with ramps of one time T; while the faster one stops with T / 2 behind it, the slower one catches up:
     d = (v - w) (s / v - T / 2) + (v - w)² T / 2 v."""
     scene = load("wind-tandem")

@@ -136,7 +136,7 @@ def half_period(recording: Recording) -> float:
         ),
     ],
 )
-def test_changed_data_of_one_element_change_the_pendulum_period_as_computed(
+def test_changed_data_of_one_element_change_the_pendulum_period_as_the_closed_form_predicts(
     tmp_path: Path, atomic: str, change: dict[str, str], period: float
 ) -> None:
     text = PENDULUM

@@ -214,7 +214,7 @@ def test_a_tolerance_too_loose_for_a_stiff_rope_is_reported():
 # ---- steps that collapse ------------------------------------------------------------------------------------
 
 
-def test_a_step_size_that_shrinks_to_nothing_is_reported_with_mode_body_and_law():
+def test_a_step_size_that_shrinks_to_nothing_is_reported_with_the_mode_the_body_and_the_force_law():
     """1 g on a spring of 1e25 N/m, which starts 1 m away: no step follows that."""
     scene = slider(mass=1e-3, axis=Z, q0=1.0)
     scene = replace(scene, springs=(JointSpring("spring", "load-guide", 1e25),))

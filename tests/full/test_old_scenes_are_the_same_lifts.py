@@ -21,7 +21,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/scene"))
 
-from heavylift.coordinator.ladder import at_level, play
+from heavylift.coordinator.ladder import at_level
+from heavylift.coordinator.record import play
 from heavylift.kernel import SceneError
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import Fidelity

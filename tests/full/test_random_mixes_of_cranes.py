@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, parse
 from heavylift.nodes.statics import follow

@@ -7,7 +7,8 @@ import msgspec
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
 
-from heavylift.coordinator.ladder import Ladder, play
+from heavylift.coordinator.ladder import Ladder
+from heavylift.coordinator.record import play
 from heavylift.nodes.scene import parse
 from rail_lifts import lift_of
 from random_lifts import random_lift

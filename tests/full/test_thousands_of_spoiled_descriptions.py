@@ -17,7 +17,7 @@ CASES = 3000
 
 
 @pytest.mark.parametrize("seed", range(CASES))
-def test_a_corrupted_scene_is_refused_in_a_sentence_or_runs(seed):
+def test_a_corrupted_scene_runs_or_is_refused_in_one_sentence(seed):
     random = Random(10_000 + seed)
     system = random_system(seed, 6) if seed % 3 == 0 else scene() if seed % 30 == 1 else yard()
     for _ in range(random.choice((1, 1, 2, 4))):

@@ -55,7 +55,7 @@ COMMANDS = [
     ),
     (
         lambda s: s.references.set_profile("rope", 0, 0.0, 1.0, 1.0),
-        "'rope' at 0.000 s: a distance cannot be travelled at speed 0",
+        "'rope' at 0.000 s: a distance cannot be travelled at speed 0; give a speed",
     ),
     (
         lambda s: s.references.set_profile("rope", 0, nan, 1.0, None),
@@ -107,6 +107,6 @@ COMMANDS = [
     (lambda s: s.run(nan), "time nan: it must be a whole number of nanoseconds"),
     (lambda s: s.interrupt(1e8), "time 100000000.0: it must be a whole number of nanoseconds"),
     (lambda s: s.interrupt(-1), "time -1 ns is before the present time, 0 ns"),
-    (lambda s: s.fire(), "no event has been located; run first"),
+    (lambda s: s.fire(), "no event has been located; call run() first"),
     (lambda s: s.hook("rope"), "rope 'rope' at 0.000 s: it is already hooked; unhook it first"),
 ]

@@ -92,5 +92,5 @@ def _listening(port: int) -> None:
     raise AssertionError("the scheduler does not listen")
 
 
-def test_the_pages_about_python_are_linked() -> None:
+def test_the_readme_links_the_page_about_studies() -> None:
     assert "SWEEPS.md" in (ROOT / "README.md").read_text()

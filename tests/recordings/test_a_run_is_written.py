@@ -210,7 +210,7 @@ def test_changed_rope_lines_are_recorded_from_their_stated_time_on(begin: Begin,
     assert sizes[1] < sizes[2] == sizes[-1]
 
 
-def test_protocol_messages_are_logged_at_the_time_reached_and_published_at_their_own_time(
+def test_a_protocol_message_is_logged_at_the_time_reached_by_the_recording_and_published_at_its_own_time(
     begin: Begin, stage: Stage
 ) -> None:
     rec = begin()
@@ -249,7 +249,7 @@ def test_a_full_disk_is_reported_in_one_sentence(begin: Begin, tmp_path: Path) -
     )
 
 
-def test_events_on_undeclared_ports_and_topics_declared_twice_are_refused_by_the_recorder(
+def test_the_recorder_refuses_events_on_undeclared_ports_and_topics_declared_twice(
     begin: Begin, batch: Batch, tmp_path: Path
 ) -> None:
     rec = begin()
@@ -263,7 +263,7 @@ def test_events_on_undeclared_ports_and_topics_declared_twice_are_refused_by_the
         "rope line on girder: the samples have no pose of this body; check the name": lambda: rec.ropes(
             0, [RopeLine("r", "girder", (0, 0, 0), "hook", (0, 0, 0))]
         ),
-        "samples from number 0: 1 rows of 20 values are 160 bytes, but 8 came; the sender's layout differs "
+        "samples from number 0: 1 rows of 20 values are 160 bytes, but 8 arrived; the sender's layout differs "
         "from the announced one": lambda: rec.samples(b"\x93\x00\x91\x00\xc4\x08" + bytes(8)),
     }
     for sentence, call in refused.items():
@@ -272,7 +272,7 @@ def test_events_on_undeclared_ports_and_topics_declared_twice_are_refused_by_the
         assert str(error.value) == sentence
     rec.close()
     bare = Recorder(tmp_path / "bare.mcap", {})
-    with pytest.raises(RecordingError, match="samples came before their layout; announce the layout first"):
+    with pytest.raises(RecordingError, match="samples arrived before their layout; announce the layout first"):
         bare.samples(batch(0, 1))
     bare.close()
 

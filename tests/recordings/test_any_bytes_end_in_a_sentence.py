@@ -46,7 +46,7 @@ def test_a_recording_of_a_later_version_is_reported(
         rec.log(0, "info", "x", "x")
     with pytest.raises(
         RecordingError,
-        match=r"has format 3, this is heavylift .*, which reads format 2; install .* or a later one",
+        match=r"has format 3, but this is heavylift .*, which reads format 2; install .* or a later one",
     ):
         Recording(tmp_path / "later.mcap")
     for number, early in enumerate(("0", "9" * 5000, "\u00b2", "")):

@@ -44,7 +44,7 @@ def test_opening_a_recording_that_was_cut_off_is_reported(begin: Callable[[], Re
     )
     assert refusal(tmp_path / "run.mcap.part") == (
         "the file is cut off: its end is missing, as in the .part file of a run that was killed; "
-        f"`heavylift recover {tmp_path}/run.mcap.part` saves what there is"
+        f"`heavylift recover {tmp_path}/run.mcap.part` saves what can be read"
     )
     rec.close()
 

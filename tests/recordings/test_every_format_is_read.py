@@ -76,7 +76,7 @@ def test_the_stock_mcap_reader_finds_the_sample_times_that_heavylift_reads(numbe
 
 @pytest.mark.parametrize("number", range(1, OLDEST))
 def test_an_unsupported_recording_format_is_reported(number: int) -> None:
-    message = f"the recording has format {number}, this is heavylift {__version__}, which reads format {FORMAT}; "
+    message = f"the recording has format {number}, but this is heavylift {__version__}, which reads format {FORMAT}; "
     message += "run the scene again"
     with pytest.raises(RecordingError) as caught:
         Recording(golden(number))

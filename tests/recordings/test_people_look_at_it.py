@@ -18,7 +18,7 @@ from heavylift.recordings.render import outline, spread
 from heavylift.recordings.render.plot import FINE, _most_used
 
 
-def test_info_shows_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
+def test_info_shows_peaks_and_channels_of_a_run(recorded: Path) -> None:
     text = info(recorded)
     rec = Recording(recorded)
     assert text.splitlines()[:4] == [
@@ -94,7 +94,7 @@ def test_recordings_that_cannot_be_plotted_are_reported(
     bare = Recorder(tmp_path / "bare.mcap", {"scene": "bare"})
     bare.layout(SampleLayout([]))
     with pytest.raises(
-        RecordingError, match=r"bare\.mcap: the recording has no rope tensions and no joint positions to plot"
+        RecordingError, match=r"bare\.mcap: no tensions or joint positions are recorded to plot; record a scene"
     ):
         plot(bare.close(), tmp_path / "run.png")
 

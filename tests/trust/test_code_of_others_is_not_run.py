@@ -50,7 +50,7 @@ def test_no_command_runs_an_untrusted_model_named_in_a_scene(heavylift: Command,
     assert {*tmp_path.iterdir()} == before
 
 
-def test_the_trust_command_adds_lists_and_removes_trusted_folders(heavylift: Command, tmp_path: Path) -> None:
+def test_the_trust_command_can_add_list_and_remove_trusted_folders(heavylift: Command, tmp_path: Path) -> None:
     scene = law(tmp_path / "mine")
     assert heavylift("trust", tmp_path / "mine")[0] == 0
     assert heavylift("trust") == (0, f"{tmp_path / 'mine'}\n")

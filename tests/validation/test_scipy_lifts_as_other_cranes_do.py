@@ -17,7 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 
 import scipy_peers  # noqa: F401  registers its methods
-from heavylift.coordinator.ladder import Ladder, Played, at_level, play
+from heavylift.coordinator.ladder import Ladder, at_level
+from heavylift.coordinator.record import Played, play
 from heavylift.nodes.plan import Fidelity
 from heavylift.nodes.scene import parse
 from lifts_of_the_world import CRANES, lift_of_the_world

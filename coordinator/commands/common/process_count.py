@@ -30,12 +30,12 @@ class _TimedStretch(RunObserver):
         self.spent, self.reached = 0.0, 0  # wall time [s], and the time of the run [ns]
 
     def event(self, event: Event) -> None:
-        """Note the simulation time of a committed event."""
+        """Store the simulation time of an event, and end the trial run if it has gone far enough."""
         self.reached = event.t
         self.waiting()
 
     def waiting(self) -> None:
-        """Raise _StretchDone if the trial run has reached its simulation time or used up its wall time."""
+        """End the trial run with _StretchDone once it has reached its simulation time or used up its wall time."""
         now = time.perf_counter()
         if self._began is None:
             self._began = now
@@ -45,10 +45,9 @@ class _TimedStretch(RunObserver):
 
 
 def paying(run: Callable[[int, RunObserver], object], models: int, most: int | None = None) -> tuple[int, str]:
-    """Measure with how many processes, at most one per core, `run(count, watch)` is fastest; return the number and a
-    sentence with the measured times.
+    """Measure with how many processes a run is fastest; return their number and a sentence with the measured times.
 
-    A trial that fails is ignored, since the recorded run will report the error.
+    `run(count, watch)` starts a trial run.
     """
     most = min(models, cores() if most is None else most)
     until, best, found, notes = NEVER, 1, TRIED_s, list[str]()

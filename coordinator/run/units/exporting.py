@@ -41,8 +41,7 @@ CODES = {
 
 
 def masters_of(scene: LoadedScene, inputs: Sequence[str]) -> tuple[tuple[UserModel, ...], bool]:
-    """Return the models through which an importing program sets speeds of drives and winches, and whether it sets the
-    wind."""
+    """Return the models through which an importing program orders speeds, and whether it also sets the wind speed."""
     wind = "wind" in inputs
     if wind and not any(machine.name == "wind" for machine in scene.plan.machines):
         raise SceneError("--input wind: the scene has no 'wind'; give it one, such as 'wind: {speed: 0 m/s}'")
@@ -51,7 +50,8 @@ def masters_of(scene: LoadedScene, inputs: Sequence[str]) -> tuple[tuple[UserMod
 
 
 def masters(inputs: Sequence[str]) -> str:
-    """Return the scene setting that adds models by which an importing program sets the speeds of drives and winches."""
+    """Return the scene setting for a model through which an importing program orders speeds of these drives and
+    winches."""
     ports = [f"speed-{i + 1}" for i in range(len(inputs))]
     orders = ", ".join(f"{port}: '{name}'" for port, name in zip(ports, inputs, strict=True))
     keys = f"period: 1 h, orders: {{{orders}}}, parameters: {{ports: {' '.join(ports)}}}"

@@ -103,7 +103,7 @@ def build(code: Path, made: Path, data: Path, options: dict[str, bool]) -> None:
     """Build the FMU file from a slave's code and its data; raises ModelError if there is no C compiler."""
     compiler = shutil.which("cc")
     if compiler is None:
-        raise ModelError("a unit of FMI 3 needs a C compiler, 'cc': install one, or make a unit of FMI 2")
+        raise ModelError("an FMU for FMI 3 needs a C compiler, 'cc': install one, or make an FMU for FMI 2")
     plain = FmuBuilder.build_FMU(code, dest=made.parent / "plain", project_files=[data], **options)
     source, library = Path(__file__).with_name("early_return.c"), made.with_suffix(".so")
     with zipfile.ZipFile(plain) as old, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
@@ -113,7 +113,7 @@ def build(code: Path, made: Path, data: Path, options: dict[str, bool]) -> None:
         called = [compiler, *flags, str(source), str(of_pythonfmu), "-o", str(library), "-ldl"]
         compiled = subprocess.run(called, capture_output=True, text=True, cwd=made.parent)
         if compiled.returncode:
-            raise ModelError(f"the C compiler refuses the library of the unit: {compiled.stderr.strip()[:300]}")
+            raise ModelError(f"the C compiler cannot build the library of the FMU: {compiled.stderr.strip()[:300]}")
         for entry in old.namelist():
             if not entry.startswith("binaries/"):
                 new.writestr(entry, old.read(entry))

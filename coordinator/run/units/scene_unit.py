@@ -116,8 +116,9 @@ class SteppedScene:
             get = partial(self._value, one)
             yield UnitVariable(name, "parameter", unit, get, partial(self._set_value, one))
         turning = _turning(self._scene.plan)
+        tugs = {line.name for machine in self._scene.plan.machines for line in machine.system.tugger_lines}
         for actuator in self.run.speeds:
-            unit = "rad/s" if actuator in turning else "m/s"
+            unit = "rad/s" if actuator in turning else "N/s" if actuator in tugs else "m/s"
             get = partial(lambda name: self.run.speeds[name], actuator)
             yield UnitVariable(f"speed.{actuator}", "input", unit, get, partial(self._set_speed, actuator))
         if self._kept.wind:
@@ -158,7 +159,7 @@ class SteppedScene:
         self.run.stop = FOREVER.t if stop_time is None else seconds(stop_time)
 
     def step(self, to: float, log: Callable[[str], object], events: bool = False) -> bool | None:
-        """Advance to a time [s] or, with `events`, to the first event before it; return whether there was one.
+        """Advance to a time [s], or with `events` to the first event before it; return whether an event ended the step.
 
         None: the step is refused, with the reason in the log.
         """
@@ -186,8 +187,8 @@ class SteppedScene:
 
 
 def led(plan: Plan, masters: tuple[UserModel, ...], wind: bool) -> Plan:
-    """Return a plan in which an importing program sets the speeds of the drives and winches in `masters` and of the
-    wind."""
+    """Return the plan with the models `masters`, through which an importing program orders speeds, and with settable
+    wind if `wind`."""
     plan = msgspec.structs.replace(plan, models=(*plan.models, *masters))
     if not wind:
         return plan

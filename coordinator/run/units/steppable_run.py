@@ -11,12 +11,14 @@ import msgspec
 import numpy as np
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR, WIND, driven_winds
 from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.rows import LargestRows
 from heavylift.coordinator.participants.session import Session
 from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.kernel.analysis.linear import unit_of
 from heavylift.kernel.errors import HeavyliftError, ModelError, SceneError
 from heavylift.kernel.simulation.native.samples import published
-from heavylift.nodes.devs import FOREVER, Event, Message, Tag, encode
+from heavylift.nodes.devs import FOREVER, Event, Message, Tag
+from heavylift.nodes.devs.ports import travelling
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand, SetPoint, SetSignal
 from heavylift.nodes.models.user_models import OUTSIDE, aim_port
 from heavylift.nodes.plan.plan import Plan
@@ -47,7 +49,7 @@ class SteppableRun:
         self.wind = next(iter(self._winds.values()), 0.0)
         """Speed of the wind [m/s]."""
         end = FOREVER if plan.end is None else None
-        self._session = Session(plan, lambda config: KernelNode(config, lambda batch: None), self._hear, end)
+        self._session = Session(plan, lambda config: KernelNode(config, LargestRows()), self._hear, end)
         self._kernel, self._core = self._session.kernel, self._session.core
         self._layout = layout = msgspec.msgpack.decode(self._kernel.layout(), type=SampleLayout)
         self._at = {f"{c.topic}/{name}": c.start + i for c in layout.channels for i, name in enumerate(c.names)}
@@ -63,10 +65,11 @@ class SteppableRun:
             self._found = min(self._found, event.t)
 
     def _inject(self, port: str, *values: Message) -> None:
-        t = max(self.now, self._core.safe_ns)
+        safe = self._core.safe
+        t = max(self.now, safe.t + (safe.k > 0))
         if self._core.over in (None, RunEnd.QUIET) and Tag(t) < self._core.end:
             for i, value in enumerate(values):
-                self._core.inject(Event(t, 0, OPERATOR, port, i, type(value).__name__, encode(value)))
+                self._core.inject(Event.of(t, 0, OPERATOR, port, i, travelling(value, f"{OPERATOR}.{port}")))
 
     def set_speed(self, actuator: str, speed: float) -> None:
         """Set the speed [m/s or rad/s] of a drive or winch, which is reached along the ramp of the drive."""
@@ -91,7 +94,8 @@ class SteppableRun:
         return self._row.tolist(), {**self.peaks}, self.events, self.event
 
     def repeat(self, given: Sequence[tuple[str, Any, str]], seen: Sequence[Any]) -> None:
-        """Repeat the steps and settings of another run, and restore its present values `seen`."""
+        """Bring this run to the state of another: repeat the steps and settings of the other, and take over its output
+        values `seen`."""
         for what, value, name in given:
             if what == "go":
                 self._advance(value)
@@ -125,7 +129,7 @@ class SteppableRun:
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:
-            raise ModelError(f"the unit is at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
+            raise ModelError(f"the exported scene is at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
         self._check_end(to_ns)
         self._from, self._found = self.now if events else FOREVER.t, FOREVER.t
         last, row = min(to_ns, self._core.end.t - 1), np.zeros(0)

@@ -34,12 +34,11 @@ LEAVE = 1e-9  # [m] beyond the edge of a face where a place is left
 
 
 class SlotAt:
-    """Indices into the parameters of a contact slot (one touching point), after its contact frame; CANDIDATE is -1 in a
-    free slot.
+    """Indices into the parameters of a contact slot (one touching point), which begin with the contact frame.
 
-    BACK: backward speed along the slip direction U [m/s] at which a slip ends; larger for a slip that has just begun,
-    which must not end at once. SLIPS: whether the contact slides; at its friction limit, a contact may still be held in
-    place by other contacts.
+    CANDIDATE: index of the touching point, -1 in a free slot. BACK: backward speed along the slip direction U [m/s] at
+    which a slip ends; larger for a slip that has just begun, which must not end at once. SLIPS: whether the contact
+    slides; at its friction limit, a contact may still be held in place by other contacts.
     """
 
     ON, STICK = range(HELD, HELD + 2)
@@ -68,8 +67,7 @@ class Site:
 
 
 def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
-    """Return the parameters of a contact: friction, load [N] below which it counts as unloaded, shapes, touching
-    points."""
+    """Return the parameters of a contact: friction, load [N] below which it counts as unloaded, shapes, points."""
     pair = pair_of(c)
     empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0, 0.0, 0.0, 0.0]
     out = {
@@ -121,7 +119,7 @@ class ContactPointRows:
         return out
 
     def watched(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[Scalar]:
-        """Return the guards of all possible touching points: negative once the shapes touch there, 1 in contact."""
+        """Return the guards of all possible touching points: negative once the shapes touch there, 1 during contact."""
         out: list[Scalar] = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)

@@ -35,8 +35,7 @@ class ContactFrame:
 
 
 class Side:
-    """A body that takes part in a contact: its pose and velocity in world axes, from its numbers (21,) (see
-    `attachment`)."""
+    """A body in a contact: its pose and velocity in world axes, from the 21 numbers that `attachment` describes."""
 
     def __init__(self, body: Array) -> None:
         self.R, self.o, self.r = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15]
@@ -95,8 +94,10 @@ def edges(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def edge(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the contact frame of a ball of A on an edge of B; `along`: place on it, 1 where an adjacent face
-    begins."""
+    """Return the contact frame of a ball of A on an edge of B.
+
+    Its `along`: the place on the edge [m], and a number that becomes 1 where an adjacent face begins.
+    """
     a, b = Side(A), Side(B)
     c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
     d, dd, de = c - q, a.velocity(c) - b.velocity(q), cross(b.w, e)
@@ -109,7 +110,10 @@ def edge(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def corner(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the contact frame of a ball of A on a corner of B; `along`: above 1 where the ball reaches an edge."""
+    """Return the contact frame of a ball of A on a corner of a box of B.
+
+    Its field `along` exceeds 1 once the ball has moved on to an edge or a face.
+    """
     axes = np.reshape(p[7:16], (3, 3))
     f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
     outward = [f.F[0] @ (Side(B).R @ e) for e in axes]

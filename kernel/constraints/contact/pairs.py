@@ -17,7 +17,7 @@ from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Sha
 from heavylift.kernel.errors import KernelError
 
 from . import candidates, frames
-from .candidates import SIGNS, VERTICES, OrientedBox as BoxAt, Witness, edge
+from .candidates import SIGNS, VERTICES, Gap, OrientedBox as BoxAt, edge
 from .frames import BALLS, CORNER, EDGE, EDGES, FACE, ContactFrame, Side
 
 HELD = 19  # numbers of what a slot holds: kind, those of its frame, half widths of the face or edges
@@ -36,14 +36,16 @@ class ContactPair:
 
     candidates: int
     slots: int
-    watch: Callable[[Array, Array, Array, Array], list[Witness]]  # (a, b, A, B) -> gap functions
+    watch: Callable[[Array, Array, Array, Array], list[Gap]]  # (a, b, A, B) -> gap functions
     frame: Callable[[Array, Array, Array], ContactFrame]  # (h, A, B) -> frame of a touching point
     hold: Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], list[float]]  # candidate, a, b, A, B -> (19,)
 
 
 def shape_numbers(s: Shape) -> list[float]:
-    """Return the numbers that describe a contact shape. Ball: centre, radius; box: centre, axes as rows, half edges;
-    plane: point, normal."""
+    """Return the numbers that describe a contact shape.
+
+    Ball: centre, radius; box: centre, axes as rows, half edges; plane: point, normal.
+    """
     if isinstance(s, Ball):
         return [*s.p, s.radius]
     if isinstance(s, Box):
@@ -180,7 +182,7 @@ def pair_of(c: Contact) -> ContactPair:
     if pair is None:
         a, b = type(c.a).__name__.lower(), type(c.b).__name__.lower()
         known = ", ".join(f"{x.__name__.lower()} - {y.__name__.lower()}" for x, y in PAIRS)
-        raise KernelError(f"contact '{c.name}': {a} against {b}; possible pairs are {known}, in this order")
+        raise KernelError(f"contact '{c.name}': {a} against {b} is not possible; pairs, in this order, are {known}")
     return pair
 
 
@@ -198,7 +200,7 @@ def check_contact(c: Contact) -> None:
         if isinstance(shape, Box) and min(shape.size) <= 0.0:
             raise KernelError(f"{where}: the edges of the box of '{shape.body}' are {shape.size} m; make them positive")
         if isinstance(shape, Box) and np.abs(np.array(shape.R) @ np.transpose(shape.R) - np.eye(3)).max() > UNIT:
-            raise KernelError(f"{where}: R of the box of '{shape.body}' is not a rotation")
+            raise KernelError(f"{where}: R of the box of '{shape.body}' is not a rotation; give unit vectors")
         if isinstance(shape, Plane) and not norm(shape.normal) > 0.0:
             raise KernelError(f"{where}: the normal of its plane is zero; give it a direction")
 

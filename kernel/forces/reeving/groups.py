@@ -30,7 +30,7 @@ FREE = 2.0  # mode of a sheave of a slack rope
 
 
 class Groups:
-    """Strains of the parts of a rope, and flows over its sheaves, if each sheave sticks or slips as given."""
+    """Strain of each part of a rope and flow over each sheave; `modes`: whether the rope sticks or slips on each."""
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ class Groups:
         return [named(f"sum{self._sums}_{i + 1}", x) for i, x in enumerate(sums)]
 
     def mean_rates(self) -> list[Scalar]:
-        """Return, for each part of a rope, the mean strain rate of its slip group times unstretched length [m/s]."""
+        """Return, for each part of a rope, the mean strain rate of the parts between which it slips freely [1/s]."""
         together = self._total(_times(self.unstretched, self.rates))
         return [a / b for a, b in zip(together, self._group, strict=True)]
 
@@ -125,8 +125,7 @@ def _times(*columns: Sequence[Scalar]) -> list[Scalar]:
 
 
 def slip_ratio(s: Sheave, q: Array, wrap: tuple[Scalar, Scalar] | None) -> tuple[Scalar, Scalar]:
-    """Return the tension ratio of a sheave on which the rope slips, and its rate; `wrap`: wrap angle [rad] and its
-    rate."""
+    """Return tension ratio and its rate at a sheave on which the rope slips; `wrap`: wrap angle [rad] and its rate."""
     ratio, rate = (q[11], 0.0) if s.efficiency < 1.0 else (1.0, 0.0)
     if wrap and s.friction > 0.0:
         angle, turning = wrap

@@ -85,8 +85,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
     def start_length(self, f: Reeving, poses: Poses) -> float:
-        """Return the initial unstretched length of the rope [m]; raises KernelError if it cannot run over its
-        sheaves."""
+        """Return the initial unstretched length of the rope [m]; raises KernelError if its sheaves allow no path."""
         return float(sum(laid(f, poses, partial(self.demand, f)).lengths))
 
     def off_its_sheaves(self, f: Reeving, poses: Poses, shown: np.ndarray) -> str:

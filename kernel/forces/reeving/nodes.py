@@ -69,8 +69,10 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
 
 
 def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]], list[bool | None]]:
-    """Return the parameters of a rope's nodes at given poses of the bodies, and whether the rope touches each node
-    (None: always). Wrap arcs are divided in halves."""
+    """Return the parameters of a rope's nodes at given poses, and whether the rope touches each (None: always).
+
+    The dividing direction of a sheave halves its wrap arc.
+    """
     given, bodies, nodes = _there(f, poses)
     _check_places(f, nodes, demand)
     lies: list[bool | None] = [None, *(True if s.radius > 0.0 else None for s in f.sheaves), None]

@@ -146,8 +146,7 @@ class RopePath:
         return out
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Return two guards for each sheave that the rope can leave: one for the rope leaving or touching it, one for
-        the rope touching its wrong side."""
+        """Return two guards for each sheave that the rope can leave: for leaving or touching it, for its wrong side."""
         out = []
         for i, here in enumerate(self._on):
             if here is not None:
@@ -201,8 +200,11 @@ def _part(a: SheavePoint, b: SheavePoint, turning: bool) -> RopeSegment:
 
 
 def turn(x: SheavePoint, plane: Array) -> Any:
-    """Return the angle [rad], within half a turn, from a sheave's dividing direction to the point where a straight rope
-    part of direction `plane` touches the sheave."""
+    """Return the angle [rad], about a sheave's axis, of the point where a rope part touches the sheave.
+
+    Measured from the direction at which the arc is divided (see the module), within half a turn; `plane`: direction of
+    the rope part in the plane of the sheave.
+    """
     w = cross(plane, x.axis)
     return atan2(x.axis @ cross(x.divide, w), x.divide @ w)
 
@@ -270,8 +272,7 @@ class Unrolled:
         return self._plane.watches()
 
     def within(self, ends: Sequence[Array]) -> list[Scalar]:
-        """Return the guard of each edge against the rope running off its ends: how far inside its ends (lower, upper)
-        the rope stays [m]."""
+        """Return the guard against the rope running off each edge: its distance [m] from the nearer end."""
         out = []
         for here, (comes, goes), (lower, upper) in zip(self._on[1:-1], self.spans, ends, strict=True):
             inside = minimum(minimum(comes, goes) - lower, upper - maximum(comes, goes))

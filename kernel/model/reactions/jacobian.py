@@ -74,8 +74,7 @@ class RowGroup:
 
     @property
     def redundancies(self) -> list[dict[int, float]]:
-        """Undetermined constraint forces of the group: scaled multipliers, by row, that have no effect on the free
-        columns; each set involves as few rows as possible."""
+        """Undetermined constraint forces: sets of scaled multipliers by row that cause no motion."""
         return [{self.rows[n]: x for n, x in distance.items()} for distance in combinations(self.G, RANK)]
 
     def towards(self, residuals: Sequence[float]) -> list[float]:
@@ -122,8 +121,7 @@ class Pose:
         return self._K[i]
 
     def holds(self, r: int) -> bool:
-        """Return whether constraint row r is active: a rope's row while the rope is hooked and taut, a contact's row
-        while the contact pushes."""
+        """Return whether constraint row r is active: a rope must be hooked and taut, and a contact must push."""
         c = self.program.constraints
         first = len(c.of)
         if r < first:
@@ -246,8 +244,7 @@ class Pose:
 
 
 def pose_of(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Pose:
-    """Return the pose of a state y with its constraint rows, or the start pose by default; with `P`, the pose belongs
-    to a run in progress."""
+    """Return the pose of a state y (default: the start) with its constraint rows; with `P`, of a run in progress."""
     running = P is not None
     y = program.initial_state() if y is None else y
     P = program.parameters.initial if P is None else P

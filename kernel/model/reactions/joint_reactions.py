@@ -35,14 +35,16 @@ Key = tuple[str, str, int]  # "joint" with its component, "rope" or "contact"; t
 
 @dataclass(frozen=True)
 class Indeterminacy:
-    """Statically undetermined forces of a group of coupled constraints. `patterns`: for each component, its force [N]
-    or moment [N m] in each self-equilibrated pattern of forces."""
+    """Statically undetermined forces of a group of coupled constraints.
+
+    `patterns`: force [N] or moment [N m] of each component in each self-equilibrated set of forces.
+    """
 
     patterns: dict[Key, list[float]]
     lever: float  # [m] a moment counts as a force on it
 
     def least(self, given: Mapping[Key, float]) -> dict[Key, float]:
-        """Return the undetermined components with least norm; `given`: these components in any solution."""
+        """Return the least-norm values of the undetermined components; `given`: their values in any solution."""
         keys = list(self.patterns)
         scales = [1.0 if kind == "joint" and i >= 3 else self.lever for kind, _, i in keys]
         distances = [
@@ -56,8 +58,7 @@ class Indeterminacy:
 
 
 def indeterminacies(pose: Pose) -> list[Indeterminacy]:
-    """Return the statically undetermined forces at a pose with its contacts, for each group of coupled rows with
-    any."""
+    """Return the statically undetermined forces at a pose, for each group of coupled rows that has any."""
     found = []
     for group in pose.groups:
         distances = [_carried(pose, group, multipliers) for multipliers in group.redundancies]

@@ -52,8 +52,7 @@ class Track:
     shortening: np.ndarray  # (n', m, m) for the geometric terms
 
     def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
-        """Return the mode shapes (6, m) at s [m] along the beam, their first two derivatives, and slope integrals g (m,
-        m)."""
+        """Return mode shapes (6, m) at s [m] along the beam, with two derivatives, and slope integrals g (m, m)."""
         # Chebyshev polynomials are defined on -1..1
         x = self.slope * s - 1.0
         # three-term recurrences of T_n and their derivatives
@@ -101,7 +100,7 @@ def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, 
 def carry_along(
     track: Track, s: Scalar, speed: Scalar, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array
 ) -> Carried:
-    """Return the frame of a slider at s [m] along a beam that slides with a speed [m/s]."""
+    """Return the frame of a slider that is at s [m] along a beam and moves along it with a speed [m/s]."""
     shape, first, second, g = track.shapes(s)
     pull = g @ eta
     U, T = shape[:3] - np.outer(ALONG, pull), shape[3:]

@@ -27,8 +27,10 @@ SAME = 1e-9  # part of the length between nodes of one section
 
 
 class FlexibleColumn:
-    """A flexible body as a column under axial loads, which can buckle; `softens`: whether its equations of motion
-    include the effect of these loads."""
+    """A flexible body as a column under axial loads, which can buckle.
+
+    `softens`: whether its equations of motion include the effect of these loads.
+    """
 
     def __init__(self, modes: ModeShapes, K: np.ndarray, held: list[int]) -> None:
         self.softens = modes.flexible.beam is not None
@@ -57,7 +59,7 @@ class FlexibleColumn:
         self._mass, self._far = float(total(mass)), float(np.abs(self._at).max())
 
     def part(self, forces: np.ndarray, places: np.ndarray, a: np.ndarray, w: np.ndarray) -> float:
-        """Return the axial load of the body as a share of its buckling load; 0 below SLIGHT.
+        """Return the body's axial load as a share of its buckling load; a share below the constant SLIGHT counts as 0.
 
         Under forces (n, 3) at places (n, 3), acceleration a of the frame less gravity, and angular velocity w, in the
         frame's axes.

@@ -43,8 +43,7 @@ class Smallness:
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
     def use(self, eta: Array, rows: Array) -> list[Scalar]:
-        """Return the squared utilisations of the deflection limits (13), one per group, at mode coordinates eta
-        (m,)."""
+        """Return the squared utilisations of the deflection limits (13), one per group; eta (m,): mode coordinates."""
         out, first = [], 0
         for n in self.groups:
             parts = [row @ eta for row in rows[first : first + n]]
@@ -67,8 +66,7 @@ class Smallness:
 
 
 class ModeShapes(Protocol):
-    """Interface of `modes.FlexibleModes` that this module needs: shapes (6n, m) and masses (m,) of m modes at n nodes
-    (n, 3) [m]; M (6n, 6n)."""
+    """Interface of `modes.FlexibleModes`: mode shapes (6n, m), modal masses (m,), mass matrix M (6n, 6n)."""
 
     @property
     def flexible(self) -> Flexible: ...

@@ -51,8 +51,7 @@ class _Joint:
         return self.X.T @ self.Q[:, len(self.free) :]
 
     def applied(self, tau: Array) -> Array:
-        """Return the wrench (6,) on a joint's child with the joint forces tau along the free motions and no constraint
-        part: R^T y = tau."""
+        """Return the wrench (6,) on a joint's child that exerts the joint forces tau, without constraint forces."""
         y: list[Scalar] = []
         for n, k in enumerate(self.free):
             # R is triangular: forward substitution for the wrench that does the work of tau along each free motion
@@ -60,8 +59,7 @@ class _Joint:
         return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
 
     def accelerations(self, x: Array) -> dict[int, Array]:
-        """Return the accelerations of the joint's free degrees of freedom from the relative acceleration (6,) of its
-        bodies: R a = Q^T x."""
+        """Return a joint's free accelerations by number, given the relative acceleration x (6,) of its bodies."""
         a: dict[int, Array] = {}
         for n, k in reversed(list(enumerate(self.free))):
             # back substitution, from the last column of R
@@ -203,8 +201,10 @@ def embedding(
 
 
 def velocity_transformation(tree: Tree, K: Kinematics) -> list[Array]:
-    """Return the velocity transformation R of a tree: for each body the columns (6, n_v) of the joints and modes on its
-    path; all other columns are zero."""
+    """Return the velocity transformation R of a tree: for each body, velocity columns (6, n_v).
+
+    The columns of joints and modes outside the body's path are zero.
+    """
     R: list[Array] = []
     # a body moves with all joints on its path: copy the parent's columns, then add its own
     k = 0

@@ -57,8 +57,10 @@ class Limbs:
         self._trunk = [i for i in range(len(tree.bodies)) if i not in gone]
 
     def place(self, tree: Tree, q: Array, v: Array, ends: Sequence[int], a_ref: Scalars) -> dict[int, Array]:
-        """Return rotation, reference point of the tree, position and twist (21,) of the bodies on which laws act;
-        `tree` has the numerical values."""
+        """Return pose and velocity of each body on which laws act, as 21 numbers (see `attachment`).
+
+        `tree` has the numerical values.
+        """
         trunk = _part(tree, self._trunk)
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), 0.0, a_ref)
         at = {i: n for n, i in enumerate(self._trunk)}
@@ -163,8 +165,7 @@ def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
 
 
 def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
-    """Return the division of a rigid tree into a trunk and equal branches; None without such branches; `name`: prefix
-    of the names of the branches' functions."""
+    """Return a rigid tree divided into a trunk and equal branches, or None; `name`: prefix of function names."""
     if any(x is not None for b in tree.bodies for x in (b.elastic, b.place, b.shared)):
         return None
     below = [[i] for i in range(len(tree.bodies))]

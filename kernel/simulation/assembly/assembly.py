@@ -117,8 +117,10 @@ def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()
 def locked(
     program: Program, at_start: np.ndarray, pivot: np.ndarray, t: float, moving: Sequence[str] = ()
 ) -> KernelError | None:
-    """Return the error for steps that became too small because a constraint row has become dependent; None if no row
-    has. `moving`: prescribed drives in motion."""
+    """Return the error for steps that are too small because a constraint row has become dependent, or None.
+
+    `moving`: prescribed drives in motion.
+    """
     pivot, at_start = (x[: len(program.constraints.of)] for x in (pivot, at_start))
     if not len(pivot):
         return None

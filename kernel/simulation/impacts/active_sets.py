@@ -53,8 +53,10 @@ class ImpactResult:
 
 
 class ContactSets:
-    """Solver at events that determines which contacts push, stick and slide, and which rigid ropes are taut; it stores
-    the result in the parameter block P."""
+    """Solver that determines at events which contacts push, stick and slide, and which rigid ropes are taut.
+
+    It stores the result in the parameter block P.
+    """
 
     def __init__(self, program: "Program", P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at
@@ -75,7 +77,7 @@ class ContactSets:
         check_start(self._program.contacts.sites, self._numbers, ends)
 
     def resolve(self, fallen: list[int], t: float, local: float, y: np.ndarray, act: Act) -> ImpactResult:
-        """Return impulses and new states of contacts and rigid ropes at time t [s], after the guards `fallen` became
+        """Return the impulses and new states of contacts and rigid ropes at t [s], after the guards `fallen` became
         negative; raises KernelError if there is no solution."""
         closed, slid, taut = self._closed(), self._sliding(), [r.on for r in self._ropes]
         scene = evaluate(self._program, local, y, self._P, forces=False)

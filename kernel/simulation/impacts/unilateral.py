@@ -63,8 +63,10 @@ class Unilateral(ABC):
 
     @abstractmethod
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """Keep the constraint active: sticking, or at the friction limit along u (2,), sliding or not; `share`: shares
-        of friction (2,); `prior`: reference force (3,)."""
+        """Keep the constraint active, sticking or at the friction limit along u (2,).
+
+        `slips`: whether it slides; `share`: shares of friction (2,); `prior`: reference force (3,).
+        """
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,7 @@ class Slot(Unilateral):
         return bool(self.state[SlotAt.SLIPS] > 0.0)
 
     def take(self, candidate: int, held: list[float]) -> None:
-        """Assign a point at which the two bodies touch to this slot; `held`: numbers of its contact frame."""
+        """Assign the touching point `candidate` to this slot; `held`: the numbers of its contact frame."""
         self.state[:HELD] = held
         self.state[SlotAt.ON], self.state[SlotAt.CANDIDATE] = 1.0, candidate
         self.numbers("held", self.name)[candidate] = 1.0
@@ -197,11 +199,11 @@ def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
 
 
 def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fell: set[int]) -> None:
-    """Assign contact slots to the points that touch now, the fastest first, and free the slots of contacts that have
-    left their face; all contacts stick at first.
+    """Assign contact slots to the points that touch now, fastest first; free slots of contacts that have left their
+    face.
 
-    `fell`: candidates, counted through all sites, whose guards report a touch. At the end of an edge, round-off may
-    make another candidate touch here than the one of the guard.
+    All contacts stick at first. `fell`: candidates, counted through all sites, whose guards report a touch. At the end
+    of an edge, round-off may make another candidate touch here than the one of the guard.
     """
     first = 0
     for s in sites:

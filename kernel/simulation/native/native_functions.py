@@ -206,7 +206,7 @@ class Oracle:
         self._functions: dict[str, Function | EmittedParts] = {**method.functions, "advance": method.advance}
 
     def call(self, name: str, *blocks: np.ndarray) -> None:
-        """Run a native function on its blocks, in the order of its native arguments, by interpreting it on floats."""
+        """Run a native function on its blocks, in the order of its native arguments, by interpreting its operations."""
         f = self._functions[name]
         self._run(f, dict(zip(names(f), blocks, strict=True)))
 

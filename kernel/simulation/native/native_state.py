@@ -108,7 +108,7 @@ class NativeState:
         clamped, at_rest = o.method == "dopri5", o.method == AtRest.name
         program = program_of(self._system, o.formulation, locked, clamped, at_rest, self.calm)
         if not program.nv:
-            raise KernelError("nothing in this scene can move: all joints are fixed")
+            raise KernelError("nothing in this scene can move: all joints are fixed; free a joint")
         found = choose(o.method, program)
         key = self._structure(program, found), o.opt
         if o.native and o.cache and key in _loaded:
@@ -147,8 +147,7 @@ class NativeState:
         self._calls[name]()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """Return a native function bound to blocks of the simulation, which the caller must keep alive, for many
-        calls."""
+        """Return a native function bound, for many calls, to blocks that the caller must keep alive."""
         code = self.code
         return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
 
@@ -179,8 +178,7 @@ class NativeState:
 
     @property
     def angles(self) -> np.ndarray:
-        """The part of the state that counts angles over several turns [rad] and holds the radiation states of the
-        water, as a view (see `continuous_angles`)."""
+        """View of the state's angles over several turns [rad] and of its memory states of wave radiation."""
         p = self.program
         return self.state[p.nq + p.nv + len(p.accounts) :]
 
@@ -209,14 +207,14 @@ class NativeState:
         return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
 
     def reached_ns(self, t: float) -> int:
-        """Return the first simulation time [ns] not before local time t [s], by the same comparison that ends steps."""
-        n = self.epoch + max(0, ceil(t * 1e9) - 1)
+        """Return the first simulation time [ns] that is not before local time t [s]."""
+        n = self.epoch + max(0, ceil(t * 1e9) - 1)  # below: the same comparison as at the end of steps
         while self.local(n) < t:
             n += 1
         return n
 
     def among(self) -> float:
-        """Return a local time [s] within the present piece of the speed profiles, by which evaluations select it."""
+        """Return a local time [s] inside the present pieces of all speed profiles, for selecting these pieces."""
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
 
     # ---- evaluations --------------------------------------------------------------------------------------
@@ -232,8 +230,10 @@ class NativeState:
         return row
 
     def shown(self, t_ns: int, before: np.ndarray | None, still: bool) -> np.ndarray:
-        """Return the sample row at a time within the tentative step (dense output), or at rest, without changing the
-        state. `before`: state block X before an event within that step was located."""
+        """Return the sample row at a time within the tentative step, or at rest, without changing the state.
+
+        `before`: state block X before an event within that step was located.
+        """
         now = self.X.copy()
         if before is not None:
             self.X[:] = before
@@ -251,12 +251,12 @@ class NativeState:
         return row
 
     def instant(self) -> Evaluation:
-        """Return the evaluation of the present state on floats: forces, accelerations, guards."""
+        """Return the evaluation of the present state in floats: forces, accelerations, guards."""
         return evaluate(self.program, self["t"], self.state.copy(), self.P, self.among())
 
     def close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Take one Newton step from state y onto the constraints; return the new y, the gaps and slips of the
-        constraint rows before the step, and their pivots."""
+        """Take one Newton step from state y onto the constraints; return the new state, and residual, residual rate and
+        pivot of each constraint row."""
         self.X[self.at["y"]] = y
         self.call("close")
         place, gap, slip, pivot = (self.part(name).copy() for name in ("y", "gap", "slip", "pivot"))

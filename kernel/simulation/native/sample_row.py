@@ -185,8 +185,10 @@ def projection(program: Program) -> Function:
 
 
 def surveying(program: Program) -> Function:
-    """Return the traced function t, y, P -> delassus (n * n,), velocities `speed` and free accelerations `free` (n,) of
-    the constraint rows."""
+    """Return the traced function that evaluates the constraint rows: t, y, P -> delassus, speed, free.
+
+    delassus (n * n,): matrix; speed, free (n,): velocities and free accelerations of the rows.
+    """
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, t[1]).constraint_rows()
@@ -222,13 +224,12 @@ def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
 
 
 def kick(s: StepState, P: Value, f: Function) -> None:
-    """Apply the impulses in the work block [N s] to the state in this block."""
+    """Apply the impulses [N s] stored in the work block to the state y, which is stored there, too."""
     s.y = f(t=[s.t], y=s.y, P=P, x=s.impulse).after
 
 
 def halted(x: Evaluation) -> Value:
-    """Return the state (ny,) with all locked joints at rest, including heat and work of the impulses in its
-    accounts."""
+    """Return the state (ny,) with all locked joints at rest; heat and work of the impulses are in its accounts."""
     p = x.program
     v, accounts = list(x.v), dict(zip(p.accounts, x.accounts, strict=True))
     locks = {lock.joint: lock.name for lock in p.system.locks}

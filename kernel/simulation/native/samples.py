@@ -51,8 +51,7 @@ class RawRows:
         return self._rows[:, i if isinstance(i, slice) else slice(i, i + 1)]
 
     def sum(self, group: str, which: Sequence[int] | slice = slice(None)) -> np.ndarray:
-        """Return the sums (n, 1) over the columns of a group, added one after the other, so that results do not depend
-        on how rows are batched."""
+        """Return the sums (n, 1) over the columns of a group, added in order: results do not depend on batches."""
         found = self[group][:, which]
         return found.cumsum(axis=1)[:, -1:] + 0.0 if found.shape[1] else np.zeros((len(found), 1))
 
@@ -153,7 +152,7 @@ def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
 
 
 def channels(method: Stepping) -> list[SampleSlice]:
-    """Return the recorded channels of a scene, in the order of `published`'s columns."""
+    """Return the recorded channels of a scene, in the order of the columns that `published` returns."""
     out, at = [], 0
     for topic, columns, unit, _ in _topics(method.program):
         out.append(SampleSlice(topic, tuple(columns), unit, at, at + len(columns)))

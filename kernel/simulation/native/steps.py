@@ -92,7 +92,7 @@ def bounded(h: Value, r: Evaluated) -> Value:
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Return 1 s plus the time from which shapes could pass through each other within a fixed step; 0 if never so far.
+    """Return 1 s plus the first local time at which a fixed step was too long to detect passing shapes; 0 if none was.
 
     Local time; negative if a note about it was already added.
     """
@@ -102,8 +102,7 @@ def passing(s: StepState, r: Evaluated) -> Value:
 
 
 def go_on(s: StepState, status: Value) -> None:
-    """Set the status of the stepping loop, which continues if it is RUNNING and budget, sample space and time are
-    left."""
+    """Set the status of the stepping loop, which continues while RUNNING with budget, sample space and time left."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
 
@@ -187,13 +186,13 @@ def refresh(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def close(s: StepState, project: Project) -> None:
-    """Take a Newton step onto the constraints; the state block receives the gaps before the step and the pivots."""
+    """Take a Newton step onto the constraints, and store the gaps before it and the pivots in the state block."""
     x = project(s.t, s.y)
     s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
 
 
 def look(s: StepState, row: Row) -> tuple[Value, list[Value]]:
-    """Write the present state as a sample row, to be read at once: the next sample overwrites this row."""
+    """Write the present state as a sample row, which the next sample overwrites."""
     return s.row, [*row(s.t, s.y), *kept(s)]
 
 

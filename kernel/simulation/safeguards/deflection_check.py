@@ -31,8 +31,10 @@ LAST = (REFUSED / WARNED) ** 2  # the second limit, as part of the first one, sq
 
 
 def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
-    """Set the next deflection limit for a flexible body that has reached one; return an event with the deflection.
-    Raises KernelError at the second limit."""
+    """Replace the deflection limit that a flexible body has reached by the next; return an event with the deflection.
+
+    Raises KernelError at the second limit.
+    """
     link = native.program.graph.links[native.program.graph.number(name)]
     limit = native.P[native.program.parameters.at["bending", name]]
     if limit[0] >= LAST:
@@ -86,8 +88,10 @@ def relieve(native: NativeState) -> None:
 
 
 def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: float = LASTING) -> None:
-    """Raise KernelError for a sample row with a body compressed beyond its buckling load; add a note about a body that
-    is near it for some time [s]."""
+    """Raise KernelError if a body is compressed beyond its buckling load at a sample row.
+
+    Adds a note if it stays near it for `lasting` [s].
+    """
     program, q = native.program, row[native.method.row_layout.at["q"]]
     for link, on, (loads,) in _loaded(native, row[None]):
         assert link.modes is not None, "of a flexible body"

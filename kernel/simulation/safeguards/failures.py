@@ -65,7 +65,7 @@ def unsolved(method: str, t: float) -> KernelError:
 
 
 def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -> KernelError | None:
-    """Return the error for a rope whose ends coincide, or a body of infinite velocities v (nv,); otherwise None."""
+    """Return the error for coinciding rope ends or an infinite velocity in v (nv,); None if there is neither."""
     check_lengths(program, t, row.length)
     for rope, span in zip(program.system.ropes, row.length + row.elongation, strict=True):
         if span < SHORTEST_ROPE:
@@ -93,7 +93,7 @@ def too_slow(method: str, t: float, step: float, mode: str) -> KernelError:
 
 
 def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str, method: str) -> KernelError:
-    """Return the error for a step below the shortest length, with the body of largest acceleration and fastest mode."""
+    """Return the error for a step below the shortest length, naming the fastest mode and the most accelerated body."""
     rates = np.abs(accelerations)
     if not np.isfinite(rates).all():
         k = int(np.flatnonzero(~np.isfinite(rates))[0])

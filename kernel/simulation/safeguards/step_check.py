@@ -28,7 +28,7 @@ ASIDE = 1e-4  # [m, rad] along the shape to either side
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest mode of a scene: frequency |s|/2 pi [Hz], damping ratio, body of most kinetic energy, stiff law."""
+    """The fastest mode of a scene: frequency [Hz], damping ratio, body with most kinetic energy, its stiff law."""
 
     frequency: float
     damping: float
@@ -181,8 +181,7 @@ def _wrong(method: Method, modes: list[tuple[complex, float]], step: float) -> f
 
 
 class EnergyCheck:
-    """Check of a run's energy balance: compares the energies of a sample row with those at the last event; `step`: the
-    fixed step [s], or None."""
+    """Check of a run's energy balance since the last event; `step`: the fixed step [s], or None."""
 
     def __init__(self, native: NativeState, tolerance: float, step: float | None) -> None:
         self._native = native
@@ -199,8 +198,7 @@ class EnergyCheck:
         self._softness = np.array([0.5 / r.EA for r in p.system.ropes])  # of a metre: energy of a tension squared
 
     def energies(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return, for sample rows (n, columns), the kinetic energies, and the potential, stored, heat and negative work
-        energies [J]."""
+        """Return kinetic energies, and potential, stored, heat and negative work energies [J], of rows (n, columns)."""
         return rows[:, self._kinetic], rows.take(self._parts, axis=1) * self._signs
 
     def begin(self, row: np.ndarray) -> None:

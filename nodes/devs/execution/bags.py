@@ -16,7 +16,7 @@ from operator import itemgetter
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.events import FOREVER, NEVER, Event, Instant, Tag, after, beyond
-from heavylift.nodes.devs.messages import Message, decode, encode
+from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model, Present
 from heavylift.nodes.devs.ports import Arrived, InPort, OutPort, Port
 
@@ -28,8 +28,7 @@ model_port_and_place = itemgetter(0, 1, 2)
 
 
 def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int) -> list[int]:
-    """Put messages into the bags of their receivers; return the indices of those receivers that have no internal
-    transition at `t` [ns]."""
+    """Put messages into the bags of their receivers; return the indices of receivers with no event due at t."""
     reached = []
     n = 0
     for source in sources:
@@ -75,7 +74,7 @@ def spoken(
     (t, k), found, last, i = tag, [], ("", ""), 0
     for name, out, _, value in left:
         i = i + 1 if (name, out) == last else 0
-        found.append(Event(t, k, name, out, i, type(value).__name__, encode(value)))
+        found.append(Event.of(t, k, name, out, i, value))
         last = name, out
     return found
 
@@ -97,15 +96,16 @@ def entry(model: Model, name: str) -> InPort[Message]:
 
 
 def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
-    """Return the port at which an event from another node enters, and the decoded message, which all receivers share.
+    """Return the input port at which an event from another node enters, and its message, shared by all receivers.
+
     Raises ModelError if no port here is coupled to the event's source."""
     if (event.source, event.port) not in entries:
         raise ModelError(f"{event.source}.{event.port} at {event.tag}: no port of this node is coupled to this output")
     start, targets = entries[event.source, event.port]
     target = targets[0]
     try:
-        # decoded once: messages are immutable, so that receivers may share one
-        value = decode(event.type, event.payload)
+        # taken once: messages are immutable, so that receivers may share one
+        value = event.value
         for target in targets:
             fitting(target, value)
     except ModelError as error:
@@ -138,8 +138,7 @@ class Schedule:
                 self._begin(m, last, present)
 
     def next(self, last: Instant) -> Instant:
-        """Return the earliest logical time after `last` at which a model is due; `imminent` then lists the models
-        due."""
+        """Return the earliest logical time after `last` at which a model is due; `imminent` then lists these models."""
         if self.soon:
             self.imminent, self.soon = self.soon, []
             self.imminent.sort()

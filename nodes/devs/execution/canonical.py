@@ -37,14 +37,12 @@ _OPEN = object()  # in place of what is being made of its parts
 
 
 def frozen(value: object, around: Sequence[object] = ()) -> bytes:
-    """Serialise a Python value to bytes; raises TypeError if that is impossible. Objects in `around` become
-    references."""
+    """Serialise a value to bytes, in which the objects in `around` are references; raises TypeError if impossible."""
     return msgspec.msgpack.encode(Freezer(around).fold(value))
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise a value from bytes made by `frozen`; raises TypeError or LookupError for other bytes. `around`: the
-    objects that were given to `frozen`, to which the value refers."""
+    """Deserialise bytes from `frozen` with the same objects `around`; raises TypeError or LookupError for others."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 

@@ -26,8 +26,8 @@ Entries = dict[tuple[str, str], tuple[Port[Message], list[Port[Message]]]]  # by
 
 
 def flatten(roots: Sequence[Model], wires: Iterable[Wire] | None = None) -> tuple[list[Atomic], Entries]:
-    """Return the atomic models of the trees, sorted by path, with the routes from their output ports, and the ports
-    where messages from outside enter.
+    """Return the atomic models below the root models, sorted by path, and the input ports where events from outside
+    enter.
 
     Without `wires`, each input port of a root takes messages, and each of its output ports is an exit. With `wires`
     (the couplings of the node's models), output ports coupled to a model in another node are exits; the others are

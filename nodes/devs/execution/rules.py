@@ -35,8 +35,7 @@ TAIL = 32  # microsteps before the limit whose models are named as the loop
 
 
 class MicrostepLimit:
-    """Detector of zero-time loops: from microstep `start` on it records the atomic models that have transitions, and at
-    the limit it raises an error that names them."""
+    """Detects zero-time loops: at the limit of microsteps, an error names the models in the loop."""
 
     def __init__(self, microsteps: int) -> None:
         """Set the limit; raises ModelError unless `microsteps` is an int between 1 and 2**31 - 1."""
@@ -49,8 +48,7 @@ class MicrostepLimit:
         self._t = -1
 
     def watch(self, tag: Instant, paths: Iterable[str]) -> None:
-        """Record the atomic models that have a transition at a late microstep; raises ModelError at the limit of
-        microsteps."""
+        """Record the atomic models with a transition at this microstep; raises ModelError at the microstep limit."""
         t, k = tag
         if t != self._t:
             self._t, self._seen = t, set()
@@ -63,8 +61,7 @@ class MicrostepLimit:
 
 
 def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:
-    """Raise a ModelError of one line for an exception in a function of a model; exceptions that end the program are
-    raised again."""
+    """Raise a ModelError for an exception in a model's function, but re-raise one that ends the program."""
     ends = not isinstance(error, Exception) and type(error).__module__.startswith("heavylift.")
     if ends or isinstance(error, KeyboardInterrupt):
         raise error
@@ -85,8 +82,9 @@ the bytes of those attributes that can be changed in place."""
 
 
 class Witness:
-    """Checks that output functions leave the states of atomic models unchanged. It checks the models in `new`, and all
-    models when the countdown `left` is negative."""
+    """Checks that output functions leave the states of atomic models unchanged.
+
+    It checks models of classes that are `new` and, when the countdown `left` is negative, all models."""
 
     def __init__(self, candidates: bool = True) -> None:
         self.looks = candidates
@@ -186,8 +184,7 @@ def _changeable(state: dict[str, object]) -> dict[str, bytes]:
 
 
 def image(x: object) -> bytes:
-    """Serialise a value for comparisons within this process; b"" if that is impossible. Models and ports are stored as
-    references."""
+    """Serialise a value to compare states within this process, with references to models; b"" if impossible."""
     file = io.BytesIO()
     try:
         _Pickler(file, 5).dump(x)
@@ -221,8 +218,9 @@ def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
 
 
 def thawed(snapshot: bytes, former: Sequence[Model]) -> tuple[list[Model], Instant, Staged]:
-    """Return the model trees of a snapshot, the logical time of their last transition and their undelivered inputs.
-    `former`: the trees that they replace."""
+    """Return the model trees of a snapshot, the logical time of their last transition, and their undelivered inputs.
+
+    `former`: the model trees that they replace."""
     try:
         parts = msgspec.msgpack.decode(snapshot, type=list[bytes])
         found: list[Any] = [canonical.thawed(part, _around(m)) for part, m in zip(parts, former, strict=True)]

@@ -31,7 +31,7 @@ SILENT = 256  # tags, and messages between its models, that a node works ahead o
 
 
 class Simulator:
-    """Simulates one model by itself, or one or several models as the `Steppable` of a node."""
+    """Simulates a DEVS model on its own, or one or more models as the `Steppable` of a node."""
 
     def __init__(
         self,
@@ -72,7 +72,7 @@ class Simulator:
         return self.models[0]
 
     def start(self) -> None:
-        """Set every atomic to its initial state at (0, 0); a second call begins a new run."""
+        """Set every atomic model to its initial state at (0, 0); a second call begins a new run."""
         self._last: Instant = (-1, 0)
         self._staged: list[tuple[InPort[Message], Message]] = []
         self._present.now, self._present.speaker, self._present.busy = (0, 0), None, False
@@ -102,7 +102,7 @@ class Simulator:
 
     @property
     def passed(self) -> int:
-        """A counter that grows as the run progresses, and that another thread may read."""
+        """Measure of progress that grows with the simulated time; another thread may read it."""
         return sum(self._present.now)
 
     @property
@@ -120,8 +120,7 @@ class Simulator:
         return spoken(tag, text.sources, text.values) if leaving(text.sources) else []
 
     def among(self) -> list[Event]:
-        """Return the events since the last call that were sent between the models or that have no receiver, in total
-        order."""
+        """Return the events sent within the node since the last call, which no other node receives, in total order."""
         return [event for at in self._observed.among() for event in spoken(*at, inner=True)]
 
     def inject(self, port: str, value: Message) -> None:
@@ -130,8 +129,9 @@ class Simulator:
         self._staged.append((into, travelling(fitting(into, value), repr(into))))
 
     def advance(self, tag: Tag, bag: Sequence[Event] = (), until: Tag = BEGIN) -> None:
-        """Execute the transitions at `tag` with the sorted input events `bag` and the injected messages. Later
-        transitions before `until` follow, as long as no event leaves the root model."""
+        """Execute the transitions at `tag` with the sorted input events `bag` and the injected messages.
+
+        Transitions before `until` are executed too, as long as no event leaves the root model."""
         due = self.next_time
         if tag == due:
             # lambda may have run already in `outputs`: it runs once per tag
@@ -274,8 +274,7 @@ class Simulator:
         self._begin(before)
 
     def snapshot(self) -> bytes:
-        """Return the complete state after a transition as bytes; raises ModelError if part of the state cannot be
-        saved."""
+        """Return the complete state after a transition as bytes; raises ModelError if a part of it cannot be saved."""
         _ = self.next_time  # what was asked of the structure has happened then
         return frozen(self.models, self._last, self._staged)
 
@@ -301,8 +300,10 @@ class Simulator:
         return Tag(*self._last)
 
     def results(self, end: Tag | int = 0) -> dict[str, Message]:
-        """Return the results of the atomic models that have one, by model path, at the logical time or time [ns]
-        `end`."""
+        """Return the results of the atomic models at the end of a run, by model path, without models that have no
+        result.
+
+        `end`: logical time of the end, or time [ns]."""
         _ = self.next_time  # what was asked of the structure has happened then
         at = Tag(end) if isinstance(end, int) else end
         return results_of(self.atomics, self._present, max(self.last, at, Tag(0)))

@@ -22,8 +22,7 @@ from .rules import Witness, fail
 
 
 class Transition(NamedTuple):
-    """A transition of an atomic model at a logical time, with its received and sent messages as pairs (port,
-    message)."""
+    """A transition of an atomic model: logical time, kind, and received and sent messages as pairs (port, message)."""
 
     tag: Tag
     path: str
@@ -52,7 +51,7 @@ class Trace:
         sources: Sequence[Port[Message]],
         values: Sequence[Message],
     ) -> None:
-        """Record the transitions at one logical time, as the imminent models and the delivered messages."""
+        """Record the transitions at one logical time by storing the imminent models and the delivered messages."""
         self._atomics = atomics
         self._sizes += (*tag, len(imminent), len(values))
         self._due += imminent
@@ -60,7 +59,7 @@ class Trace:
         self._values += values
 
     def settle(self) -> None:
-        """Reconstruct the transitions recorded so far; must be called before the model's routes change."""
+        """Convert the recorded data to transitions; must be called before the model's routes change."""
         sizes, due, text = iter(self._sizes), 0, 0
         for t, k, n_due, n_said in zip(sizes, sizes, sizes, sizes, strict=True):
             imminent, now = self._due[due : due + n_due], slice(text, text + n_said)
@@ -136,7 +135,7 @@ def speakers(atomics: Iterable[Atomic]) -> list[tuple[Atomic, int]]:
 
 
 class Border:
-    """The output ports of root models and the atomic models that feed them, for one state of the model structure."""
+    """The output ports of root models and the atomic models that feed them; valid until the model structure changes."""
 
     def __init__(self, roots: Iterable[Model], atomics: Iterable[Atomic]) -> None:
         ports = [port for m in atomics for port in outs(m)]
@@ -158,8 +157,7 @@ class Border:
         NEVER if none does."""
 
     def quiet(self, tag: Tag) -> Tag:
-        """Return the earliest logical time after `tag` at which an event can leave the node, if no event leaves the
-        node at `tag`."""
+        """Return the earliest logical time after `tag` at which an event can leave the node if no input arrives."""
         # nothing leaves at `tag`: by lookahead, or the next tag at which an atomic with outgoing ports is due
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:
@@ -179,7 +177,7 @@ class Border:
 
 
 def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
-    """Raise ModelError if an output is sent sooner after it was scheduled than its port's lookahead allows."""
+    """Raise ModelError if an output follows its scheduling transition sooner than its port's lookahead allows."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
             # counted from the transition that scheduled the output: what had been scheduled before bounds nothing
@@ -202,15 +200,16 @@ class Observed:
         self._among: list[Said] = []
 
     def among(self) -> list[Said]:
-        """Return the outputs recorded since the last call, including outputs that have no receiver in another node."""
+        """Return the outputs recorded since the last call, including those without a receiver in another node."""
         noted, self._among = self._among, []
         return noted
 
     def note(
         self, tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], noted: bool = False
     ) -> None:
-        """Record the outputs sent at a logical time. An output scheduled before the recording began does not count for
-        the observed lookahead."""
+        """Record the outputs sent at a logical time.
+
+        An output scheduled before the recording began does not count for the observed lookahead."""
         t = tag[0]
         if noted:
             self._among.append((tag, sources, values))
@@ -233,8 +232,9 @@ class Observed:
 def speak(
     tag: Instant, imminent: list[int], atomics: Sequence[Atomic], present: Present, witness: Witness, promises: bool
 ) -> None:
-    """Call the output functions of the imminent models and store their messages in `present`. Raises ModelError if an
-    output function changes the state or violates a lookahead."""
+    """Call the output functions of the imminent models and store their messages in `present`.
+
+    Raises ModelError if an output function changes the state or violates a lookahead."""
     present.now, present.sources, present.values = tag, [], []
     witness.left -= 1
     # now and then at random intervals, and always for new atomics: comparing states costs more than the transitions
@@ -260,8 +260,7 @@ def speak(
 
 
 def results_of(atomics: Iterable[Atomic], present: Present, tag: Tag) -> dict[str, Message]:
-    """Call `result` of each atomic model at the logical time `tag`; return the results by model path, without models
-    that have no result."""
+    """Call `result` of each atomic model at the logical time `tag`; return the results that are not None, by path."""
     before, present.now = present.now, tag
     found: dict[str, Message] = {}
     for m in atomics:

@@ -26,7 +26,7 @@ def turns(plan: Plan) -> bool:
 
 
 def turn_of(plan: Plan) -> str:
-    """Return the name of the virtual master drive that the turns of a plan follow."""
+    """Return the name of the virtual master drive that actuators follow when the block turns."""
     return f"{plan.lists[0].name}-{TURN}" if plan.lists else TURN
 
 

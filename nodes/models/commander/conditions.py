@@ -23,8 +23,7 @@ OFF = "unhooked"
 
 @dataclass
 class ObservedState:
-    """State of the lift as known from reports: ropes (taut, slack, unhooked), bodies with their closed supports, and
-    thresholds."""
+    """State of the lift known from reports: of ropes (taut, slack, unhooked), supports of bodies, and thresholds."""
 
     ropes: dict[str, str] = field(default_factory=dict)
     bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)  # bodies with supports, by model
@@ -69,8 +68,9 @@ class ObservedState:
 
 
 class OrderRejected(ModelError):
-    """Raised for an order that cannot be carried out. `by`: numbers (action, order) of the order that conflicts with
-    it, if any."""
+    """Raised for an order that cannot be carried out.
+
+    `by`: numbers (action, order) of the order that conflicts with it, if any."""
 
     def __init__(self, sentence: str, by: tuple[int, ...] = ()) -> None:
         super().__init__(sentence)
@@ -79,7 +79,7 @@ class OrderRejected(ModelError):
 
 @dataclass(frozen=True)
 class EvaluationContext:
-    """The data that the evaluation of a condition needs besides the state of the lift.
+    """Data for the evaluation of a condition, in addition to the observed state of the lift.
 
     They are the present time, the time from which durations count, and the orders still open, for `moves done`."""
 
@@ -136,7 +136,7 @@ def holds(condition: scene.Condition, state: ObservedState, moment: EvaluationCo
 
 
 def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> list[int]:
-    """Return the future times [ns] at which the condition can become true without a report."""
+    """Return the future times [ns] at which the condition can become true merely by lapse of time."""
     times = [
         moment.since_ns + seconds(term.seconds) for term in terms(condition) if isinstance(term, scene.AfterCondition)
     ]

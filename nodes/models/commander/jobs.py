@@ -12,7 +12,7 @@ from .conditions import OrderRejected
 
 @dataclass
 class CommanderJob:
-    """An order that an actor is carrying out, until its report `Done`; for an order to wait, until its end time."""
+    """An order in progress, until its actor reports `Done` or, for an order to wait, until its end time."""
 
     id: int
     at: tuple[int, int]
@@ -33,8 +33,7 @@ class CommanderJob:
 
 
 def addressed(order: scene.Order) -> str | None:
-    """Return the actor to which an order goes: None for a turn, which has several actors; "" for an order without an
-    actor."""
+    """Return the actor to which an order goes: None for a turn (several actors), "" for an order without an actor."""
     match order:
         case scene.Move():
             return order.actuator
@@ -54,14 +53,13 @@ def still_open(jobs: list[CommanderJob], action: int) -> tuple[tuple[str, str, b
 
 
 def partners(jobs: list[CommanderJob], actor: str) -> list[CommanderJob]:
-    """Return the unfinished orders that `together` couples with this actor's order."""
+    """Return the unfinished moves of the other actors that this actor's order names in `together`."""
     names = {name for job in jobs if job.actor == actor and job.move for name in job.move.together}
     return [job for job in jobs if job.actor in names - {actor} and job.move and not job.halting and not job.limit]
 
 
 def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tuple[str, float | None]]:
-    """Return the actuators that an interlock stops during a move, each with its deceleration (None: that of the
-    move)."""
+    """Return the actuators that an interlock stops in a move, each with its deceleration (None: that of the move)."""
     distances = {job.actor: job.move.by or 0.0 for job in jobs if job.move and not job.halting}
     return [
         (x.actuator, x.emergency) for x in stops if x.actuator in distances and x.way * distances[x.actuator] >= 0.0
@@ -69,8 +67,7 @@ def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tu
 
 
 def make_way(jobs: list[CommanderJob], actor: str) -> None:
-    """Raise OrderRejected if an actor that gets an order is busy; an actor that ramps down or has stopped at a limit is
-    not busy."""
+    """Raise OrderRejected if an actor that gets an order is busy, unless it ramps down or has stopped at a limit."""
     for job in list(jobs):
         if job.actor == actor and job.limit:
             jobs.remove(job)

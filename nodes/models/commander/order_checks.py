@@ -31,8 +31,9 @@ class Machines:
         self.joints = {drive.name: joints[drive.joint] for drive in drives}
 
     def check(self, order: Order, state: ObservedState, lugs: Mapping[str, str]) -> None:
-        """Raise OrderRejected for an order that contradicts the plan or the observed state of the lift. `lugs`: the lug
-        of each hooked sling."""
+        """Raise OrderRejected for an order that contradicts the plan or the observed state of the lift.
+
+        `lugs`: the lug of each hooked sling."""
         plan = self.plan
         for joint in self.moved(order, lugs):
             if joint.name in plan.fidelity.locked:
@@ -78,8 +79,7 @@ class Machines:
         return [self.joints[actuator] for actuator in asked if actuator in self.joints]
 
     def lets_fall(self, orders: Sequence[Order], state: ObservedState, lugs: Mapping[str, str]) -> str:
-        """Return a description of the body that would fall because these orders unhook all taut slings of a suspended
-        load; "" if no body would fall."""
+        """Return a description of the body that these orders would drop by unhooking all its taut slings, or ""."""
         off = {order.sling for order in orders if isinstance(order, UnhookSling) and not order.parted}
         held: dict[str, set[str]] = {}
         for tie in (tie for machine in self.parts for tie in machine.ties if off and state.ropes[tie.rope] == "taut"):
@@ -116,8 +116,7 @@ class Machines:
 
 
 def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], parted: Container[str]) -> str:
-    """Return the reason why a sling cannot be hooked (already hooked or broken) or unhooked (not hooked); "" if the
-    order is possible."""
+    """Return why a sling cannot be hooked (it is hooked or broken) or unhooked (it is not hooked), or ""."""
     match order:
         case Hookup() if order.sling in parted:
             return f"{order.sling} is broken and cannot be hooked again"

@@ -68,7 +68,7 @@ class Orders(Atomic):
         if move.speed and abs(speed) > move.speed * (1.0 + ROUNDING):
             most = f"{move.speed:g} m/s or rad/s"
             raise ModelError(
-                f"{who}: {led.port} requests {abs(speed):g} of {move.actuator}, whose limit is {most}; "
+                f"{who}: {led.port} requests a speed of {abs(speed):g} from {move.actuator}, whose limit is {most}; "
                 "limit the set-points"
             )
         try:

@@ -5,6 +5,7 @@ joints    locked joints, motion in a plane, compliant drives
 beams     flexible bodies, with the parts that hang on them or slide on them
 ropes     hook ropes that are rigid, with mass at their ends or as chains of lumps; rigid slings
 water     radiation of vessels at one frequency
+motion_given  vessels that follow their own response to the waves; applied with the whole plan, before the passes
 supports  only the supports that carry a load at the start
 guards    reasons why a pass cannot change the motion: no order moves what it fixes, or the lift is mirror-symmetric
 listing   the model level of a machine of a plan, and a list of what it leaves out
@@ -41,7 +42,7 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 class Pass(NamedTuple):
-    """A step that reduces a machine to a simpler model, with a check whether this leaves the motion unchanged.
+    """A simplification of a machine model, with a guard that checks whether it leaves the motion unchanged.
 
     `guard` returns the reason why the motion of a plan stays unchanged, or "" if it may change."""
 

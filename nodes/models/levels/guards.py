@@ -24,8 +24,9 @@ SIMPLE = ("free", "fixed", "prismatic", "revolute")
 
 
 def guard_locked(plan: Plan) -> str:
-    """Return the reason why locking the joints leaves the motion unchanged, or "" if it may change the motion. The
-    reason is that no order moves their drives, or that the lift is mirror-symmetric."""
+    """Return the reason why locking the joints leaves the motion unchanged, or "" if it may change the motion.
+
+    The reason is that no order moves their drives, or that the lift is mirror-symmetric."""
     drives = {drive.joint: drive for machine in plan.machines for drive in machine.system.drives}
     moved, names = ordered(plan), {*plan.fidelity.locked}
     joints = [joint for machine in plan.machines for joint in machine.system.joints if joint.name in names]
@@ -38,7 +39,7 @@ def guard_locked(plan: Plan) -> str:
 
 
 def unless(models: Callable[[Mechanism], bool]) -> Callable[[Plan], str]:
-    """Return the guard of a reduction step that has no effect unless `models` is true for a machine of the plan."""
+    """Return a guard by which a simplification is exact if `models` is false for all machines of the plan."""
     return lambda plan: "" if any(map(models, plan.machines)) else NONE
 
 

@@ -4,12 +4,13 @@ from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
 
 from . import PASSES, modelled
+from .motion_given import motion_given, rides
 
 
 def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
     """Return a machine reduced to the model level of its lift or, if the lift has none of its own, of the plan."""
     lift = next((each for each in plan.lists if machine.name in each.machines), plan)
-    return modelled(machine, lift.fidelity)
+    return modelled(motion_given(machine, lift.fidelity, plan), lift.fidelity)
 
 
 def exact(plan: Plan) -> dict[str, str]:
@@ -36,6 +37,10 @@ def left_out(plan: Plan) -> tuple[str, ...]:
         (f"motion {at.motion} the rails alone", at.motion != "spatial" and "motion" not in none),
         (f"{len(at.locked)} joint{'s' * (len(at.locked) > 1)} locked", bool(at.locked) and "locked" not in none),
         ("memory of radiated waves", at.water == "one frequency" and "water" not in none),
+        (
+            "drift of vessels, and their motion under loads",
+            at.water == "motion given" and any(map(rides, plan.machines)),
+        ),
         ("supports of other faces", at.pads == "standing" and "supports" not in none),
     ]
     return tuple(word for word, out in words if out)

@@ -49,8 +49,10 @@ def lumped(n: int) -> list[tuple[float, float]]:
 
 
 def pieces(rope: str, lumps: int) -> dict[str, float]:
-    """Return the names of the pieces of a hook rope, from the top, with their shares of its length. The first and last
-    pieces have the tensions of the rope's ends; the last piece, at the hook, has the name of the rope."""
+    """Return the names of the pieces of a hook rope, from the top, with their shares of its length.
+
+    The first and last pieces have the tensions of the rope's ends; the last piece, at the hook, has the name of the
+    rope."""
     places = [0.0, *(x for x, _ in lumped(lumps)), 1.0]
     names = [*(f"{rope}~{i}" for i in range(1, lumps + 1)), rope]
     return {name: b - a for name, (a, b) in zip(names, pairwise(places), strict=True)}

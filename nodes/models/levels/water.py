@@ -6,14 +6,18 @@ mode. In a regular wave nothing but the transient is lost.
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
+from typing import TypeAlias
 
 import msgspec
-from heavylift.kernel.algebra.dense import dot, product, solve
+from heavylift.kernel.algebra.dense import dot, product, solutions
+from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Radiation
 from heavylift.kernel.description.mechanics import WORLD, Body, Point
 from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Mechanism
 
+Rows: TypeAlias = tuple[tuple[float, ...], ...]
 NONE: Matrix6 = ((0.0,) * 6,) * 6
 
 
@@ -38,16 +42,25 @@ def without_memory(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def at_frequency(f: Radiation, w: float) -> tuple[Matrix6, Matrix6]:
-    """Return the added mass (beyond that at infinite frequency) and the radiation damping at a frequency w [rad/s].
-    These are -G^T Y and -G^T F Y, with (F^2 + w^2) Y = G."""
-    columns = list(zip(*f.F, strict=True))
-    squares = [[dot(row, column) + (w * w if i == j else 0.0) for j, column in enumerate(columns)]
-               for i, row in enumerate(f.F)]  # fmt: skip
-    modes = [list(x) for x in zip(*f.G, strict=True)]
-    each = [solve(squares, x) for x in modes]
-    made = [[-dot(x, y) for y in each] for x in modes], [[-dot(x, product(f.F, y)) for y in each] for x in modes]
-    A, B = (tuple(tuple(0.5 * (X[i][j] + X[j][i]) for j in range(6)) for i in range(6)) for X in made)
+    """Return the added mass (beyond that at infinite frequency) and the radiation damping at a frequency w [rad/s],
+    made symmetric."""
+    A, B = (tuple(tuple(0.5 * (X[i][j] + X[j][i]) for j in range(6)) for i in range(6)) for X in radiated(f.F, f.G, w))
     return A, B  # type: ignore[return-value]
+
+
+def radiated(F: Rows, G: Rows, w: float) -> tuple[list[list[float]], list[list[float]]]:
+    """Return added mass and damping at a frequency w [rad/s] of a radiation model with the matrices F and G.
+
+    These are -G^T Y and -G^T F Y, with (F^2 + w^2) Y = G."""
+    squares = [[x + (w * w if i == j else 0.0) for j, x in enumerate(row)] for i, row in enumerate(_squared(F))]
+    modes, each = list(zip(*G, strict=True)), list(zip(*solutions(squares, G), strict=True))
+    return [[-dot(x, y) for y in each] for x in modes], [[-dot(x, product(F, y)) for y in each] for x in modes]
+
+
+@lru_cache
+def _squared(F: Rows) -> Rows:
+    columns = list(zip(*F, strict=True))
+    return tuple(tuple(dot(row, column) for column in columns) for row in F)
 
 
 def _heavier(body: Body, more: Matrix6) -> Body:
@@ -59,17 +72,17 @@ def _mean(machine: Mechanism, body: str) -> float:
     """Return the mean frequency [rad/s] of the wave loads on a body over all modes; 0 without any."""
     loads = [f for f in machine.system.forces if isinstance(f, Load) and f.at.body == body]
     means = []
-    for harmonics in ([*_harmonics(f.signal)] for f in loads):
-        whole = sum(power for _, power in harmonics)
-        means += [sum(w * power for w, power in harmonics) / whole] if whole else []
+    for powers in ([(w, c * c + s * s) for w, c, s in harmonics(f.signal)] for f in loads):
+        whole = sum(power for _, power in powers)
+        means += [sum(w * power for w, power in powers) / whole] if whole else []
     return sum(means) / len(means) if means else 0.0
 
 
-def _harmonics(x: InputSignal) -> Iterator[tuple[float, float]]:
-    """Yield the frequency and the square of the amplitude of each harmonic of a signal; none of a product of two."""
+def harmonics(x: InputSignal) -> Iterator[tuple[float, float, float]]:
+    """Yield the frequency w and the amplitudes of cos(w t) and sin(w t) of each harmonic of a signal, except products
+    of two."""
     if x.wave and x.wave.frequency:
-        yield x.wave.frequency, x.wave.amplitude * x.wave.amplitude
+        size, phase = x.wave.amplitude, x.wave.phase
+        yield x.wave.frequency, size * float(cos(phase)), -size * float(sin(phase))
     if x.waves and not any(x.waves.by):
-        yield from (
-            (w, c * c + s * s) for w, c, s in zip(x.waves.frequencies, x.waves.cosines, x.waves.sines, strict=True)
-        )
+        yield from zip(x.waves.frequencies, x.waves.cosines, x.waves.sines, strict=True)

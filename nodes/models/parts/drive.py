@@ -71,8 +71,7 @@ class DriveActor(LiveActor):
         super().external(e, x)
 
     def heed(self, trip: m.Trip) -> None:
-        """React to an interlock: when it trips, block a direction of the drive and stop motion in it; when it resets,
-        free it."""
+        """React to an interlock: block a direction of the drive and stop motion in it, or free the direction again."""
         if (stopped := self.stops.get(trip.interlock)) is None:
             return
         why = f"interlock {trip.interlock}"
@@ -149,7 +148,7 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(duration) if duration < inf else None
 
     def halt(self, order: m.Order) -> None:
-        """Ramp down the move of the actuator that an order began, unless the move has already stopped."""
+        """Ramp the actuator down if the move of this order is still in progress."""
         if self.job != order.id or self.halting:
             return
         x, v = self.reference()

@@ -27,8 +27,7 @@ RELIEF = 0.97  # an overload is over below this part of the rated value
 
 
 class LoadCell(LiveActor):
-    """Reports when the total tension of its ropes exceeds `rated` [N], and when the tension has fallen below `rated`
-    again."""
+    """Reports when the total tension of its ropes rises above `rated` [N], and when it falls below `rated` again."""
 
     def __init__(self, name: str, element: str, ropes: tuple[str, ...], rated: float) -> None:
         guard = Threshold(element, "tension", ropes=ropes)
@@ -52,8 +51,9 @@ class LoadCell(LiveActor):
 
 
 class Inclinometer(LiveActor):
-    """Reports when the angle of the body `element` passes a multiple of 30 degrees. It watches the next multiple above,
-    and the next multiple below less one degree, so that it does not report repeatedly at one angle."""
+    """Reports when the angle of the body `element` passes a multiple of 30 degrees.
+
+    Its lower threshold is 1 degree below a multiple, so that it does not report repeatedly at one angle."""
 
     def __init__(self, name: str, element: str, start: float) -> None:
         self.up, self.down = f"{element}.attitude-up", f"{element}.attitude-down"
@@ -80,7 +80,7 @@ class Inclinometer(LiveActor):
 
 
 class ThresholdWatcher(LiveActor):
-    """Watches the thresholds in the commander's conditions, each threshold once per order."""
+    """Watches thresholds for the commander's conditions, and reports once when a watched threshold is reached."""
 
     def __init__(self, name: str, thresholds: tuple[Threshold, ...]) -> None:
         super().__init__(name, name, System(thresholds=thresholds), hears=tuple(t.name for t in thresholds))
@@ -132,7 +132,7 @@ class InterlockActor(LiveActor):
                 self.say(m.Tripped(self.element, True, self.bypassed))
 
     def notice(self, event: m.StateEvent) -> None:
-        """Process a threshold that was reached or reset; report if the interlock thereby trips or resets."""
+        """Process a state event of a threshold of the interlock; report if the interlock thereby trips or resets."""
         before = bool(self.beyond)
         self.beyond = self.beyond ^ {event.name}
         self._watch(event.name)

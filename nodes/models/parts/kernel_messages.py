@@ -34,8 +34,9 @@ class SetProfile(KernelInput, frozen=True):
     distance: float | None = None
 
     def part(self, piece: str, share: float) -> "SetProfile":
-        """Return the kernel input for one piece of a rope that is modelled in pieces. `share`: the piece's share of the
-        rope's length."""
+        """Return the kernel input for one piece of a rope that is modelled in pieces.
+
+        `share`: the piece's share of the rope's length."""
         distance = None if self.distance is None else self.distance * share
         return SetProfile(piece, self.start_ns, self.speed * share, self.accel * share, distance)
 
@@ -52,8 +53,9 @@ class SetFollow(KernelInput, frozen=True):
     law: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def part(self, piece: str, share: float) -> "SetFollow":
-        """Return the kernel input for one piece of a rope that is modelled in pieces. `share`: the piece's share of the
-        rope's length."""
+        """Return the kernel input for one piece of a rope that is modelled in pieces.
+
+        `share`: the piece's share of the rope's length."""
         k1, kc, ks = self.law
         return SetFollow(piece, self.master, (k1 * share, kc * share, ks * share))
 

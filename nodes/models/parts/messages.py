@@ -122,8 +122,7 @@ class BrakeState(Report, frozen=True):
 
 
 class Overload(Report, frozen=True):
-    """Report that the tension of a load cell [N] has exceeded its rated value (`over`), or has fallen below it
-    again."""
+    """Report that the tension of a load cell [N] exceeds its rated value (`over`), or has fallen below it again."""
 
     units: ClassVar[Mapping[str, str]] = {"tension": "N", "rated": "N"}
     tension: float
@@ -132,8 +131,9 @@ class Overload(Report, frozen=True):
 
 
 class Tripped(Report, frozen=True):
-    """Report that an interlock tripped (`over` is true) or was reset; a bypassed interlock (`bypassed`) reports but
-    stops nothing."""
+    """Report that an interlock tripped (`over` is true) or was reset.
+
+    An interlock that is `bypassed` reports, but stops nothing."""
 
     over: bool
     bypassed: bool = False
@@ -154,7 +154,7 @@ class Attitude(Report, frozen=True):
 
 
 class Begun(Report, frozen=True):
-    """Report that the action list of this lift may begin."""
+    """Report that an order has allowed the action list of this lift to begin."""
 
 
 class Ended(Report, frozen=True):
@@ -195,15 +195,16 @@ class Latch(Message, frozen=True):
 
 
 class OperatorCommand(Message, frozen=True):
-    """A command of the operator: its text, and an Action of the plan as MessagePack (empty: end the run)."""
+    """A command of the operator: its text, and the plan's `Action` as MessagePack; without an action, the run ends."""
 
     text: str
     action: bytes = b""
 
 
 class OperatorAnswer(Message, frozen=True):
-    """Answer to the operator command given at `t_ns`: accepted, or the reason for the refusal. `at`: numbers of an
-    order in the action list that conflicts with the command."""
+    """Answer to an operator's command: accepted, or the reason for the refusal.
+
+    `t_ns`: time of the command; `at`: numbers of the order in the action list that conflicts with it."""
 
     text: str
     t_ns: int

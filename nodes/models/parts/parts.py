@@ -72,12 +72,11 @@ class BodyAtomic(Part):
 
 
 class Actor(Part):
-    """Exerts forces on its body or joint, by the laws that it declares."""
+    """Base class of atomic models that declare force laws on a body or joint."""
 
 
 class LawModel(Actor):
-    """An actor that takes no orders, such as weight, a damper or an end stop. A joint without force laws has one that
-    declares none."""
+    """An actor that takes no orders, such as weight, a damper or an end stop; it may declare no force law at all."""
 
 
 class LiveActor(Actor):
@@ -132,8 +131,7 @@ class LiveActor(Actor):
         self.schedule()
 
     def schedule(self) -> None:
-        """Schedule the actor's next output: at the next microstep if the outbox has messages, else at the time
-        `wake`."""
+        """Schedule the actor's next output: at the next microstep if the outbox has messages, else at time `wake`."""
         if self.outbox:
             self.hold_in(0)
         elif self.wake is not None:
@@ -179,7 +177,7 @@ def share(outer: Coupled, child: Model) -> None:
 
 
 class Group(Coupled):
-    """A coupled model with the four ports of `LiveActor`, connected to all such actors in it."""
+    """A coupled model with the four ports of `LiveActor`, which are connected to all live actors in it."""
 
     order = In(Order)
     state = In(StateEvent)
@@ -187,7 +185,7 @@ class Group(Coupled):
     report = Out(Report)
 
     def take(self, child: Child) -> Child:
-        """Add a child to the group, and connect those of the group's four ports that the child has."""
+        """Add a child to the group, and connect its ports with the group's ports of the same names."""
         self.add(child)
         share(self, child)
         return child

@@ -15,8 +15,9 @@ from .parts import LiveActor
 
 
 class SlingActor(LiveActor):
-    """Actor of the sling `element`: hooks and unhooks it, and reports when it becomes taut or slack. It also informs
-    the latch of a lifting beam."""
+    """Actor of the sling `element`: hooks and unhooks it, and reports when it becomes taut or slack.
+
+    It also informs the latch of a lifting beam."""
 
     latch = Out(m.Latch)
 
@@ -92,7 +93,7 @@ class JointLockActor(BrakeActor):
 
 
 class LatchActor(BrakeActor):
-    """A brake that an order engages, and that is also engaged while none of its slings is hooked."""
+    """Actor of a brake that an order engages, and that is also engaged while no sling of its frame is hooked."""
 
     latch = In(m.Latch)
 

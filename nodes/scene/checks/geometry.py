@@ -50,8 +50,9 @@ class Findings:
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
-        """Add the errors that a check found. `where`: line of the action that causes the errors, which is reported
-        instead of the place of the subject."""
+        """Add the errors that a check found.
+
+        `where`: line of the action that causes the errors, reported instead of the place of the subject."""
         for subject, place, message in violations:
             if (check, subject) in self.seen:
                 continue
@@ -167,7 +168,7 @@ def _inside_obstacles(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequence[float]) -> str:
-    """Return a sentence if a sling is too short for its lug, or its hook too far to the side; "" if the sling fits."""
+    """Return an error message if a sling does not reach its lug; "" if it does."""
     dx, dy, dz = (a - b for a, b in zip(upper, p, strict=True))
     gap, other = sqrt(dx * dx + dy * dy + dz * dz) - length, sqrt(dx * dx + dy * dy)
     if gap <= REACHED:

@@ -31,7 +31,7 @@ TIPS = radians(10.0)  # of a block that leans as it is lifted
 
 
 class CheckedOrder:
-    """An action with the static state at its beginning and the states that it passes through.
+    """An action to be checked, with the static state at its beginning and the static states during the action.
 
     `hooked`, `lugs`: lugs of the hooked slings before and after the action's own orders (other hooked ropes have no
     lug); `parted`: slings that broke before the action.
@@ -62,7 +62,7 @@ class CheckedOrder:
         return [hook for hook, below in hooks if hook.rope == move.actuator or (joint and joint in below)]
 
     def tied(self, hooks: Iterable[plan.Hoist], taut: Container[str]) -> list[tuple[str, Point]]:
-        """Return, with their lugs, those slings of `taut` that hang below the given hooks and hold a load."""
+        """Return the taut slings below the given hooks that hold a load, each with its lug."""
         ties = (tie for hook in hooks for tie in ties_on(self.machines.parts, hook) if tie.rope in taut)
         ends = ((tie.rope, tie.lower or self.machines.lugs.get(self.hooked.get(tie.rope, ""))) for tie in ties)
         return [(rope, end) for rope, end in ends if end is not None and end.body in self.cargo]

@@ -36,8 +36,9 @@ Edges = tuple[Sheave, ...]
 def on_hook(
     builder: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, crane: plan.Mechanism
 ) -> tuple[plan.Mechanism, plan.Mechanism]:
-    """Return the rope and hook that carry a frame, as parts to add to the crane, and the frame as a machine. `crane`:
-    the crane without these parts."""
+    """Build a frame that hangs on a hook; return the rope and hook to add to the crane, and the frame as a machine.
+
+    `crane`: the crane without these parts."""
     path: Path = ("rig", BEAMS, name)
     called, known = ".".join(builder.hooks[name]), lugs_of(builder.scene)
     lugs = by_beam([x for x in given.lugs or () if x in known], {lug: p.p[0] for lug, p in known.items()})
@@ -231,7 +232,7 @@ def _rope(
 
 
 def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
-    """Return the keys of a machine in which joints with `start: above its lugs` start above the lugs of their load."""
+    """Return a machine's keys, in which joint starts `above its lugs` are coordinates above the load's lugs."""
 
     def start(joint: str) -> dict[str, float]:
         above = getattr(given.joints[joint], "start", 0.0) == ABOVE

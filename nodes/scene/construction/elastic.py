@@ -24,7 +24,7 @@ class ElasticParts(Checking):
     """Resolves the entries under `elastic` of a mechanism, and adds errors for parts that cannot be elastic."""
 
     def servos(self, made: tuple[k.Joint, ...]) -> Iterator[Servo]:
-        """Yield the drives under `elastic` that can be compliant; add an error for a drive that weight would move."""
+        """Yield the drives under `elastic` that can be compliant; add an error for a drive that gravity would move."""
         joints = {joint.name: joint for joint in made}
         for name, x in self.given.elastic.items():
             if not isinstance(x, ServoKeys):
@@ -93,8 +93,9 @@ class ElasticParts(Checking):
             yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
 
     def slices(self, bends: list[Bend]) -> Iterator[tuple[k.Body, k.Joint, plan.Shape]]:
-        """Yield massless bodies that are fixed along a bending body and carry slices of its shape. The first slice
-        stays on the body."""
+        """Yield massless bodies fixed along a bending body, each with its slice of the body's box.
+
+        The first slice stays on the body."""
         for bend in bends:
             given, beam = self.given.bodies[bend.body], bend.flexible.beam
             if given.box is None or bend.body in self.given.shapes or beam is None:

@@ -6,6 +6,8 @@ The source of a number is the scene, the machine type or, for a default value, "
 from collections.abc import Iterator, Sequence
 
 from heavylift.kernel.description.forces import Wind
+from heavylift.kernel.description.mechanics import Point
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan.limit import TOUCHING, RatedLimit
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
@@ -112,7 +114,7 @@ def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
 
 
 def _fenders(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the limits of the reactions of fenders, and of the obstacles that have one."""
+    """Yield the limits of the reactions of fenders, and of the obstacles that have one; no vessel may miss a face."""
     scene, contacts = builder.scene, dict[str, list[str]]()
     for contact in (contact for machine in builder.machines for contact in machine.system.contacts):
         contacts.setdefault(contact.b.body, []).append(contact.name)
@@ -125,6 +127,18 @@ def _fenders(builder: SceneBuilder) -> Iterator[RatedLimit]:
             source="the scene" if most else "", note="" if most else "give its 'capacity'",
             where=builder.source.where((key, name)),
         )  # fmt: skip
+    for name, fender in scene.fenders.items():
+        where, of = builder.source.where(("fenders", name)), f"{fender.vessel} beside the face of {name}"
+        if fender.size is None:
+            yield RatedLimit(subject=of, quantity="inputs", unit="", note="give the 'size' of the face", where=where)
+            continue
+        numbers = (fender.size[0] / 2, fender.size[1] / 2)
+        signal = ScalarSignal(
+            "overhang", point=Point(fender.vessel, fender.meets), origin=Point(f"{name}.face"), numbers=numbers
+        )
+        yield RatedLimit(
+            subject=of, quantity="signal", unit="m", value=0.0, signal=signal, source="its size", where=where
+        )
 
 
 def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
@@ -139,6 +153,17 @@ def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
             else "",
             f"current on {name}": "not included: its motion is given" if scene.current and not floating else "",
         }
+        streams = {
+            "wind": scene.wind and floating and floating.wind,
+            "current": scene.current and floating and floating.current,
+        }
+        for of in (of for of, keys in streams.items() if keys and keys.height is None):
+            missing[f"heel of {name} by {of}"] = f"not included; give the 'height' of 'floating: {{{of}: ...}}'"
+        if hull and hull.beside and not hull.beside.damping:
+            missing[f"gap damping beside {name}"] = (
+                "only waves damp the water between the hulls, whose resonance is then too high; state it, `heavylift "
+                "hull --gap-damping`"
+            )
         for subject, note in ((x, y) for x, y in missing.items() if y):
             where = builder.source.where(("vessels", name))
             yield RatedLimit(subject=subject, quantity="inputs", unit="", note=note, where=where)
@@ -175,7 +200,7 @@ def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
         where = builder.source.where(("mechanism", "forces", x.name))
         yield RatedLimit(
             subject=x.name, quantity="rope tension", unit="N", elements=(x.name,), value=x.capacity, source="the scene",
-            note=f"set to {x.tension / 1e3:.6g} kN", where=where,
+            note=f"set to {x.tension / 1e3:.6g} kN{' at first' if x.rate else ''}", where=where,
         )  # fmt: skip
     rated = {*builder.scene.limits.ropes, *slings, *hooks, *moored, *(x.name for x in tugged)}
     for name in (name for name in known if name not in rated):

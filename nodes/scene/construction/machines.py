@@ -145,8 +145,9 @@ def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
 
 
 def load_cells(builder: SceneBuilder, machine: plan.Mechanism) -> tuple[Cell, ...]:
-    """Return the load cells of a machine, rated including the hook blocks. They belong to bodies that carry several
-    hooks and to the lowest body."""
+    """Return the load cells of a machine, whose rated loads [N] include the hook blocks.
+
+    Only a body that carries several hooks, or that has no body below it, gets a load cell."""
     given, found = builder.scene.machines.get(machine.name), list[Cell]()
     for body, x in given.load_cells.items() if given else ():
         own = carried_hooks(machine, body)
@@ -191,8 +192,7 @@ WIND = "wind"
 
 
 def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
-    """Build the mechanisms in order; each mechanism may act on the lift and on earlier mechanisms. Errors are added to
-    the scene."""
+    """Build the mechanisms in order; each may act on the lift and on those before it. Errors go to the scene."""
     source, scene = builder.source, builder.scene
     done = [machine.name for machine in builder.cranes]
     bases: dict[Path, Parts[Any]] = {
@@ -254,6 +254,14 @@ def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mecha
     if (air := _wind(source, scene, around)) is not None:
         built.append(build_mechanism(source, air, scene.gravity, around, (WIND,)))
     return tuple(built)
+
+
+def block_alone(scene: Scene) -> bool:
+    """Return whether only frames and cranes that carry them are built beside the block, all independent of its centre
+    of mass."""
+    others = scene.mechanism, scene.wind, scene.rigging, scene.blocks, scene.vessels, scene.obstacles, scene.floor
+    carrying = {beam.hook.split()[0] for beam in scene.rig.beams.values()} if scene.rig else set()
+    return bool(scene.block) and not any((*others, scene.edges, scene.fenders)) and {*scene.machines} <= carrying
 
 
 def _used(hooks: Mapping[str, HookKeys], tree: RiggingTree | None) -> dict[str, HookKeys]:

@@ -18,8 +18,7 @@ PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that 
 
 @dataclass
 class SceneBuilder:
-    """Collects the machines of a scene while they are built, in the order of their nodes; errors are added to the
-    source."""
+    """Collects the machines of a scene while they are built, in the order of nodes; adds errors to the source."""
 
     source: SourceText
     scene: schema.Scene
@@ -60,8 +59,9 @@ class SceneBuilder:
 
 
 def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:
-    """Return the acceleration of a ramp and its number of pulses (0: an ordinary ramp). The acceleration of a ramp
-    without swing is provisional if it is not given."""
+    """Return the acceleration of a ramp and its number of pulses (0: an ordinary ramp).
+
+    The acceleration of a ramp without swing is provisional if it is not given."""
     return (ramp.accel or PROVISIONAL, ramp.pulses) if isinstance(ramp, SwingRamp) else (ramp, 0)
 
 
@@ -72,6 +72,5 @@ def box(mass: float, size: Vector) -> Vector:
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
-    """Return the lugs of a lifting beam's slings in the order of the ends of the beam. Of two lugs, the lug with the
-    smaller coordinate u comes first."""
+    """Return the lugs of a lifting beam's slings in the order of the beam's ends; two lugs are ordered by their x."""
     return sorted(lugs, key=lambda lug: u[lug]) if len(lugs) == 2 else lugs

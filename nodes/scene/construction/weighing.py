@@ -16,8 +16,9 @@ PLUMB = 1e-6  # of a rope's length that one end may be beside the other
 
 
 def weighed(built: Plan) -> Plan:
-    """Return the plan with the static loads at the start, which models of heavy ropes and bending beams need. Slings
-    get their stretched lengths."""
+    """Return the plan with the static loads at the start, which models of heavy ropes and bending beams need.
+
+    Slings get their stretched lengths."""
     whole = merge([machine.system for machine in built.machines], built.gravity)
     start = _Start(whole)
     found = (
@@ -49,7 +50,7 @@ class _Start:
         return msgspec.structs.replace(tie, spans=kinematics.length(rope, self.at)) if rope and taut else tie
 
     def hanging(self, machine: Mechanism, row: Heavy) -> Heavy:
-        """Return a rope with mass, with its end points at the start or the reason why it cannot have mass."""
+        """Add to a rope with mass its end points at the start, or the reason why it cannot have mass."""
         rope = self.ropes.get(row.rope)
         if rope is None:
             over = any(x.name == row.rope for x in machine.system.reevings)
@@ -80,7 +81,7 @@ class _Start:
         return line.share * norm((kinematics.place(line.a, self.at) - kinematics.place(line.b, self.at)).tolist())
 
     def bent(self, row: Bend) -> Bend:
-        """Return a flexible body with gravity in its frame and the forces on it at the start."""
+        """Add to a flexible body gravity and the forces on it at the start, in the frame of the body."""
         stations = {row.body: None} | {
             body.name: x for body in self.whole.bodies if (x := self._station(row, body.name))
         }

@@ -69,8 +69,7 @@ class ActionLine(BaseModel):
 
 
 class InterlockKeys(Base):
-    """Keys of an interlock: a measured quantity, the value at which it stops motions of a machine, and a reset
-    value."""
+    """Keys of an interlock: a measured quantity, its value at which motions of a machine stop, and a reset value."""
 
     when: Condition  # `moment of main >= 100 %`; of `any hook`: each of the machine is watched
     stops: Literal["all"] | list[str] = Field(default_factory=list)  # verbs, or `luff out`, `slew left`

@@ -86,7 +86,7 @@ class BodyPoint(Base):
 
 
 def comments(model: type[Base]) -> dict[str, str]:
-    """Return the comments after the fields of a model in its source code, by the name of the key."""
+    """Return the comments after the fields of a class of keys in its source code, by the name of the key."""
     text = inspect.getsource(model.struct) if model.struct else ""
     for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Base)):
         with suppress(OSError):  # it is made of another

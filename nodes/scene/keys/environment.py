@@ -174,7 +174,7 @@ class Vessel(Base):
 
 
 class Floor(Base):
-    """A level floor in contact with all blocks."""
+    """A level floor that all blocks can touch."""
 
     height: u.Length = 0.0
     friction: u.Ratio = 0.0
@@ -182,7 +182,7 @@ class Floor(Base):
 
 
 class Obstacle(Base):
-    """A fixed box in the yard or on a vessel, such as a wall, a guide or a quay, in contact with all blocks."""
+    """A fixed box in the yard or on a vessel, such as a wall, a guide or a quay, that all blocks can touch."""
 
     box: tuple[u.Extent, u.Extent, u.Extent]
     at: Place  # its middle, in the frame of what it is on
@@ -206,7 +206,8 @@ class Fender(Base):
     """A fender, which pushes a point of a vessel away from its face and holds the point along the face by friction."""
 
     on: str = "world"  # a quay, or a vessel
-    at: Place  # of its face, which has no ends, in the frame of what it is on
+    at: Place  # of the middle of its face, in the frame of what it is on
+    size: tuple[u.Extent, u.Extent] | None = None  # width and height of its face; left out: it has no ends
     facing: Direction  # away from what it is on
     vessel: str  # that leans on it
     meets: Place  # point of this vessel
@@ -224,7 +225,7 @@ class Area(Base):
 
 
 class WindKeys(Base):
-    """Wind on the block, whose areas are the sides of its box, and on other bodies with areas given in `on`."""
+    """Wind on the block, with the sides of its box as areas, and on other bodies, with the areas given in `on`."""
 
     speed: u.Velocity
     direction: Direction  # to which it blows

@@ -45,8 +45,9 @@ Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
 
 
 class ModelKeys(Base):
-    """Keys of a user's model: the signals that it samples, and the actuators that its set-points control. Set-points
-    act after the time `delay`."""
+    """Keys of a user's model: the signals that it samples, and the actuators that its set-points control.
+
+    Set-points act after the time `delay`."""
 
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
     period: u.Duration  # of samples; of a unit of FMI its step

@@ -60,8 +60,9 @@ def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
 
 
 def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
-    """Return the value in SI units at a path of a scene, and its quantity; None if there is no quantity. For a place,
-    the quantity is that of its first coordinate."""
+    """Return the value in SI units at a path of a scene, and its quantity; None if there is no quantity.
+
+    For a place, the quantity is that of its first coordinate."""
     at, kind = found_at(scene, path) or (None, None)
     if isinstance(at, tuple) and at:
         at = at[0]
@@ -72,7 +73,8 @@ def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
 
 
 def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: Mapping[Path, Path]) -> list[Fault]:
-    """Return errors for uncertainties that are stated for anything but a quantity, or invalid for their quantity.
+    """Return an error for each stated uncertainty that does not belong to a quantity, or is invalid for its quantity.
+
     `given`: see `SourceText.given`."""
     faults, put = [], {written: at for at, written in given.items()}
     for path, each in stated.items():

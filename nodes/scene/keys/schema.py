@@ -61,8 +61,7 @@ class Supports(Base):
 
 
 class Mesh(Base):
-    """A closed surface of triangles in a file (.stl, .glb or .gltf), from which the block gets its size and mass
-    properties."""
+    """A closed surface of triangles in a file (.stl, .glb, .gltf) that gives a block its size and mass properties."""
 
     file: str
     unit: Literal["m", "cm", "mm"] = "m"  # of its places
@@ -71,8 +70,9 @@ class Mesh(Base):
 
 
 class Block(Base):
-    """The block to be lifted, a box with lugs; `at`: centre of the box; `com`: centre of mass relative to the centre of
-    the box."""
+    """The block to be lifted, a box with lugs.
+
+    `at`: centre of the box; `com`: centre of mass relative to the centre of the box."""
 
     mass: u.Mass
     size: tuple[u.Extent, u.Extent, u.Extent]
@@ -95,8 +95,7 @@ class Block(Base):
 
 
 class FrameKeys(Base):
-    """A frame on a hook, such as a lifting beam on a hinge below the hook block, with its slings. All keys other than
-    these are parameters of its type."""
+    """A frame on a hook, such as a lifting beam, with its slings; all other keys are parameters of its type."""
 
     type: str = BEAM_TYPE  # a bundled one, or a file of yours
     hook: str  # "west H1"
@@ -157,13 +156,13 @@ class FidelityKeys(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
 
 
 class FactorKeys(keys_of(f.Factors, "where")):  # type: ignore[misc]
-    """Load factors that lead from static loads to design loads, for which hooks, slings, shackles and lugs are
-    chosen."""
+    """Load factors from static loads to design loads, for which hooks, slings, shackles and lugs are chosen."""
 
 
 class Instance(Base):
-    """A scene that is one of several lifts in this scene. Further keys replace keys of that scene, as with
-    `extends`."""
+    """One of several lifts in a scene: the scene that it extends, and its origin and start.
+
+    Further keys replace keys of the extended scene, as with `extends`."""
 
     model_config = ConfigDict(extra="allow")
     extends: str | None = None  # a file beside the scene, or a bundled one; left out: all its keys stand here

@@ -69,11 +69,13 @@ class CurrentKeys(Base):
 
 
 class StreamKeys(Base):
-    """Coefficients of wind or current forces on a vessel that is symmetric about its centre plane. They are forces
-    divided by 1/2 density speed^2 area, moments also by the length."""
+    """Coefficients of wind or current forces on a vessel that is symmetric about its centre plane.
+
+    A coefficient is a force divided by 1/2 density speed^2 area, or a moment divided by the same and by the length."""
 
     area: u.Area
     length: u.Extent
+    height: u.Length | None = None  # of the centre of pressure over the waterline, negative in water; left out: 0 m
     coefficients: list[
         tuple[u.Angle, u.Number, u.Number, u.Number]
     ]  # to where it goes, 0 deg from astern; surge, sway, yaw
@@ -90,8 +92,8 @@ class StreamKeys(Base):
     def stream(self, vessel: str, of: str, direction: Direction, signal: InputSignal, density: float) -> Stream:
         """Return the force of the wind or current on a vessel."""
         rows = tuple((x, y, z) for _, x, y, z in self.coefficients)
-        size = self.area, self.length
-        return Stream(f"{vessel}.{of}", Point(vessel), *size, unit(direction), signal, density, rows)
+        size, at = (self.area, self.length), Point(vessel, (0.0, 0.0, self.height or 0.0))
+        return Stream(f"{vessel}.{of}", at, *size, unit(direction), signal, density, rows)
 
 
 def _ends(Tp: float) -> tuple[float, float]:

@@ -48,6 +48,7 @@ _PLAIN = {
 
 def validate(source: SourceText) -> Scene | None:
     """Return the validated scene with expanded machines; if it is invalid, add errors to the source and return None.
+
     Uncertain numbers in the source's data are replaced by their nominal values."""
     stated = uncertainties(source)
     if not (arithmetic(source) and expand(source)):
@@ -229,8 +230,7 @@ def override(source: SourceText, setting: str) -> None:
 
 
 def default_list(source: SourceText, path: Path) -> list[Data] | None:
-    """Return the default value at a path that the scene does not set, if this value is a list of numbers or words;
-    otherwise None."""
+    """Return the default list of numbers or words at a path that the scene does not set; None for other defaults."""
     trial = deepcopy(source)
     try:
         alike(trial)

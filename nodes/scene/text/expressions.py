@@ -47,8 +47,9 @@ WORD = re.compile(r"[A-Za-z_]\w*(?:\s+[A-Za-z_]\w*)*(?:\.[xyz]\b)?")
 
 
 class ExpressionError(ValueError):
-    """Raised for an expression that cannot be parsed or computed. `column`: place of the error in the expression,
-    counted from 0."""
+    """Raised for an expression that cannot be parsed or computed.
+
+    `column`: place of the error in the expression, counted from 0."""
 
     def __init__(self, sentence: str, column: int = 0) -> None:
         super().__init__(sentence)
@@ -89,12 +90,15 @@ def shown_as(value: Value) -> str | float:
     if value.exponents == PLAIN:
         return value.number
     if value.exponents not in _units():
-        raise ExpressionError(f"the result is in {_named(value.exponents)}, which is not a unit of scenes")
+        raise ExpressionError(
+            f"the result is in {_named(value.exponents)}, which is not a unit of scenes; check the expression"
+        )
     return f"{value.number!r} {_units()[value.exponents]}"
 
 
 def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
-    """Return the value of an expression, given without its `=`; raises ExpressionError for an invalid expression.
+    """Return the value of an expression, given without its `=`; raises ExpressionError if it is invalid.
+
     `lookup`: function that returns the values of parameters."""
     if len(text) > LONGEST:
         raise ExpressionError(f"an expression has at most {LONGEST} characters, this one has {len(text)}")
@@ -196,7 +200,7 @@ class _Arithmetic(Reader):
             return Value(float(atan2(first, values[1].number)), ANGLE)
         if name == "sqrt":
             if first < 0.0 or any(x % 2 for x in exponents):
-                raise ExpressionError("the square root of this value does not exist", at)
+                raise ExpressionError("this value has no square root: it is negative, or its unit is not a square", at)
             kg, m, s, rad = (x // 2 for x in exponents)
             return Value(math.sqrt(first), (kg, m, s, rad))
         return self._turned(name, values[0], at)

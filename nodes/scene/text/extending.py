@@ -26,13 +26,14 @@ SECTIONS: tuple[Path, ...] = (
 
 
 def extended(path: FilePath, name: str, text: str, root: FilePath, above: tuple[FilePath, ...] = ()) -> SourceText:
-    """Return the data of a file merged over the file that it extends. The extended file must be in the folder `root` or
-    bundled with heavylift."""
+    """Return the data of a file merged over the file that it extends.
+
+    The extended file must be in the folder `root` or bundled with heavylift."""
     return over(read(text, name, root), path, root, above)
 
 
 def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePath, ...] = ()) -> SourceText:
-    """Return the data of a source merged over the data of the file that the source extends."""
+    """Return the data of a source merged over the data of a file, as `extends` demands."""
     base = source.data.pop("extends", None)
     if base is None:
         return source
@@ -62,7 +63,7 @@ def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePa
 
 
 def alike(source: SourceText) -> None:
-    """Fill in the keys that an entry with `like` omits from the entry that `like` names; add errors to the source."""
+    """Complete an entry that has the key `like` with keys of the entry that `like` names; add errors to the source."""
     for section in SECTIONS:
         entries = source.at(section)
         if isinstance(entries, dict):
@@ -88,7 +89,7 @@ def _like(source: SourceText, section: Path, entries: dict[str, Data], name: str
 
 
 def fill_in(source: SourceText, theirs: Data, there: Path, own: dict[str, Data], here: Path) -> None:
-    """Copy the keys that an entry omits from another entry, together with the places of the keys in the text."""
+    """Add the missing keys to an entry by copying them from another entry, together with their places in the text."""
     for key, value in theirs.items() if isinstance(theirs, dict) else ():
         mine = own.get(key)
         if isinstance(mine, dict) and isinstance(value, dict):
@@ -101,8 +102,9 @@ def fill_in(source: SourceText, theirs: Data, there: Path, own: dict[str, Data],
 
 
 def merged(below: SourceText, above: SourceText) -> SourceText:
-    """Return the scene or type `below` with `above` merged over it. Mappings are merged key by key, lists and values
-    are replaced."""
+    """Return the scene or type `below` with `above` merged over it.
+
+    Mappings are merged key by key; lists and values are replaced."""
     keys, values = dict(below.keys), dict(below.values)
     found = SourceText(
         above.name, below.data, keys, values, below.faults + above.faults, {}, above.root, below.files + above.files

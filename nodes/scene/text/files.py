@@ -20,8 +20,9 @@ _named: ContextVar[dict[str, str] | None] = ContextVar("_named", default=None)
 
 
 def content(path: Path, most: int = LARGEST) -> bytes:
-    """Return the content of a file; raises OSError if it is not a regular file or larger than `most` bytes. The error
-    has a sentence as `strerror`."""
+    """Return the content of a file; raises OSError if it is not a regular file or larger than `most` bytes.
+
+    The error has a sentence as `strerror`."""
     with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(0, "it is a pipe or a device, not a file")
@@ -49,7 +50,7 @@ def within(root: Path, path: Path) -> Path:
 
 @contextmanager
 def files_read() -> Iterator[dict[str, str]]:
-    """Collect in a dict the files that scenes read within this context, each with the hash of its content before."""
+    """Record in a dict the files that scenes read within this context, each with its hash before it is read."""
     named: dict[str, str] = {}
     token = _named.set(named)
     try:
@@ -79,8 +80,7 @@ def scene_file(scene: str) -> Path:
 
 
 def scene_text(path: Path, name: str) -> str:
-    """Return the text of a scene file; raises SceneError if the file cannot be read, for example because it is a
-    recording."""
+    """Return the text of a scene file; raises SceneError if it cannot be read, for example if it is a recording."""
     try:
         return content(path).decode("utf-8")
     except FileNotFoundError:

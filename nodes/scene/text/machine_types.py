@@ -41,8 +41,7 @@ def frames() -> dict[str, FilePath]:
 
 @lru_cache(maxsize=1)
 def vessel_types() -> dict[str, dict[str, Any]]:
-    """Return the bundled vessel types by name, each with a description and the values of the keys that a vessel of this
-    type may omit."""
+    """Return the bundled vessel types by name, each with a description and the default values of its keys."""
     found = sorted(vessels_folder().glob("*.yaml"))
     return {path.stem: dict(read(content(path).decode(), path.name).data) for path in found}
 
@@ -97,8 +96,9 @@ def gather(source: SourceText) -> None:
 
 
 def expand(source: SourceText) -> bool:
-    """Replace each crane and frame by the parts of its type; errors are added to the source. Return whether all
-    expressions could be computed, without which the data cannot be processed further."""
+    """Replace each crane and frame by the parts of its type; return whether all expressions could be computed.
+
+    Errors are added to the source. Without all results, the data cannot be processed further."""
     computed = True
     own = source.data.pop("types", {})
     inline = own if isinstance(own, dict) else {}

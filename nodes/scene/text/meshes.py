@@ -38,8 +38,9 @@ Triangle = tuple[Vector, Vector, Vector]
 
 @dataclass(frozen=True)
 class MeshProperties:
-    """Volume [m3], centroid [m] and second moments [m5] of a shape. Ixx, Iyy, Izz, Ixy, Ixz, Iyz are about the centroid
-    for density 1."""
+    """Volume [m3], centroid [m] and second moments [m5] of a shape.
+
+    Ixx, Iyy, Izz, Ixy, Ixz, Iyz are about the centroid for density 1."""
 
     volume: float
     middle: Vector
@@ -47,8 +48,7 @@ class MeshProperties:
 
 
 def shaped(source: SourceText) -> None:
-    """Derive the keys of each block that has a `shape` from the shape; raises SceneError if the shape cannot be
-    used."""
+    """Compute size and mass properties of each block that has a `shape`; raises SceneError if that is impossible."""
     several = source.data.get("blocks")
     for base in (("block",), *(("blocks", name) for name in (several if isinstance(several, dict) else ()))):
         block = source.at(base)

@@ -21,8 +21,9 @@ PART = re.compile(r"[^./\[\]]+")
 
 
 def override(source: SourceText, setting: str, default: Callable[[SourceText, Path], list[Data] | None]) -> None:
-    """Apply one setting `dotted.path=text` to the scene; later errors in this value refer to the setting. `default`:
-    function that returns the list at a path that the scene does not set."""
+    """Apply one setting `dotted.path=text` to the scene; later errors in this value refer to the setting.
+
+    `default`: function that returns the list at a path that the scene does not set."""
     dotted, equals, text = setting.partition("=")
     file = "--set"
     path = path_in(source, dotted)

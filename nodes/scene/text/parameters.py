@@ -9,8 +9,9 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Parameters:
-    """Parameters of a scene or machine type, whose values may be expressions of other parameters. The values in `given`
-    override those in `values`."""
+    """Parameters of a scene or machine type, whose values may be expressions of other parameters.
+
+    The values in `given` override those in `values`."""
 
     def __init__(self, values: Mapping[str, Data], given: Mapping[str, Data]) -> None:
         self.values, self.given = values, given
@@ -22,8 +23,7 @@ class Parameters:
         return self.given.get(name, self.values[name])
 
     def computed(self, text: str) -> Data:
-        """Return the result of an expression, given without its `=`. A parameter that is not a number is returned
-        unchanged."""
+        """Return the result of an expression, given without its `=`; a word, a list or a place is left unchanged."""
         name = " ".join(text.split())
         if name in self.values:
             raw = self.raw(name)

@@ -46,7 +46,9 @@ class Mark:
 
 @dataclass(frozen=True)
 class Fault:
-    """An error at a path in the data of a scene. `column` shifts the caret into the value."""
+    """An error at a path in the data of a scene.
+
+    `column`: place of the error in the value, counted from 0."""
 
     path: Path
     sentence: str
@@ -85,14 +87,14 @@ class SourceText:
         return found
 
     def written(self, path: Path) -> Path:
-        """Return the path at which the scene writes a value.
+        """Return the path under which the scene file gives a value.
 
         This is the path of the parameter from which a type computes the value, or the given path itself."""
         tops = (n for n in range(len(path), 0, -1) if path[:n] in self.given) if self.given else ()
         return next(((*self.given[path[:n]], *path[n:]) for n in tops), path)
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
-        """Return the place in the text of the value at a path, or that of its nearest parent that the text contains."""
+        """Return the place in the text of the value at a path, or else of its nearest parent with a place."""
         path = self.written(path)
         while path:
             found = (self.keys.get(path) if on_key else None) or self.values.get(path)
@@ -102,8 +104,7 @@ class SourceText:
         return self.values.get((), Mark(self.name, 1, 1, ""))
 
     def layer(self, mark: Mark) -> int:
-        """Return the precedence of the file that contains a mark: later files override earlier ones, and settings
-        override all files."""
+        """Return the precedence of the file of a mark: later files override earlier ones, settings override all."""
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
@@ -212,8 +213,7 @@ def _composed(text: str, name: str) -> SourceText:
     known: dict[int, list[tuple[Node, Node]]] = {}
 
     def whole(node: MappingNode, path: Path) -> list[tuple[Node, Node]]:
-        """Return the pairs (key, value) of a YAML mapping: its own pairs, then the pairs merged by `<<: *name` or `<<:
-        [*one, *other]`."""
+        """Return the pairs (key, value) of a YAML mapping: its own, then those merged from others by `<<: *name`."""
         if id(node) not in known:
             known[id(node)] = []  # what it would bring into itself
             below = [x for key, x in node.value if key.value == MERGE]

@@ -5,12 +5,15 @@ The module also gives hints for decimal commas, clock times, dashes and spelled-
 the user's terms, at the place where they begin.
 """
 
+from __future__ import annotations
+
 import re
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from ruamel.yaml.error import MarkedYAMLError
-from ruamel.yaml.reader import ReaderError
+if TYPE_CHECKING:  # a scene that is remembered is not parsed
+    from ruamel.yaml.error import MarkedYAMLError
+    from ruamel.yaml.reader import ReaderError
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 PLUS = r"\+-|\+/-|±"
@@ -84,8 +87,7 @@ def spread_of(text: str) -> tuple[str, str, str] | None:
 
 
 def punctuation(text: str, units: Collection[str]) -> str:
-    """Return a hint on how to write a number that has a decimal comma, a dash for a minus sign, or the form of a clock
-    time; "" for other texts."""
+    """Return a hint for a number with a decimal comma, a dash as minus sign, or the form of a clock time; else ""."""
     if DASHES.search(text):
         return f"a minus sign is the '-' of the keyboard: write '{DASHES.sub('-', text.strip())}'"
     if found := COMMA.fullmatch(text):

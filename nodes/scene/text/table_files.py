@@ -95,8 +95,7 @@ def with_unit(text: str, unit: str) -> str:
 
 
 def row_names(root: FilePath, file: str) -> list[str]:
-    """Return the names of all rows of a table, each name once, in order; raises SceneError if the table cannot be
-    read."""
+    """Return the names of all rows of a table, each once, in order; raises SceneError if the table is unreadable."""
     return list(dict.fromkeys(row[0].text for row in table(root, file).rows))
 
 

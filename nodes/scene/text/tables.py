@@ -81,7 +81,7 @@ def _tabled(source: SourceText, base: Path) -> None:
 
 
 def charted(source: SourceText) -> None:
-    """Replace the tables of capacity charts that hooks name, such as `charts from: rt59.csv`, by the charts.
+    """Replace references to tables at hooks, such as `charts from: rt59.csv`, by the capacity charts in the tables.
 
     The columns are `radius [m]`, optionally `counterweight [t]` and `outriggers [m]`, and one column of capacities for
     each boom length, such as `boom 24 m [t]`; a cell is empty if there is no capacity at its radius.

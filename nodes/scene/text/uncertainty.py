@@ -62,8 +62,7 @@ def separated(source: SourceText, is_text: Callable[[Path], bool]) -> dict[Path,
 
 
 def standard(stated: Stated, quantity: Quantity) -> float:
-    """Return a stated uncertainty as standard uncertainty in SI units; raises ValueError if the uncertainty is
-    impossible for the quantity."""
+    """Return a stated uncertainty as standard uncertainty in SI units; raises ValueError if that is impossible."""
     dimension, value = quantity.dimension, quantity.read(stated.value)
     if dimension in _SETTINGS:
         raise ValueError(f"{dimension.article} is a setting of the run, not an input: write it without uncertainty")
@@ -92,6 +91,7 @@ def standard(stated: Stated, quantity: Quantity) -> float:
 
 def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relative: bool = True) -> tuple[float, float]:
     """Return a half-width such as `3 %` or `10 t` as (fraction of the value, amount in SI units), of which one is 0.
+
     Raises ValueError for an invalid text. `relative`: % means a fraction of the value."""
     number, unit = number_and_unit(text)
     width, text = float(number) if number else math.nan, f"{how} {text.strip()}".strip()

@@ -64,8 +64,7 @@ class Dimension:
         self.units.update(CUSTOMARY.get(self.name, {}))
 
     def read(self, value: object) -> float:
-        """Return a quantity such as '900 t' (or a number that needs no unit) in SI units; raises ValueError if it is
-        invalid."""
+        """Return a quantity such as '900 t', or a plain number, in SI units; raises ValueError if it is invalid."""
         number = self.number(value)
         if not math.isfinite(number):
             raise ValueError(f"'{value}' is not a finite number")
@@ -128,7 +127,7 @@ class Dimension:
 
 @dataclass(frozen=True, eq=False)
 class Limited(Dimension):
-    """A dimension whose values must lie in a range; its ends are written as in scenes."""
+    """A dimension whose values must lie in a range; both ends are texts with units, as in scenes."""
 
     lowest: str
     highest: str
@@ -163,6 +162,7 @@ MOMENT = Dimension("moment", {"kN m": _KILO, "N m": _ONE, "MN m": _MEGA})
 SPEED = Dimension("speed", {"m/min": 1 / _MINUTE, "m/s": _ONE, "mm/s": _MILLI})
 ACCELERATION = Dimension("acceleration", {"m/s2": _ONE, "mm/s2": _MILLI})
 ANGLE = Dimension("angle", {"deg": _DEGREE, "rad": _ONE})
+TENSION_RATE = Dimension("rate of tension", {"kN/s": _KILO, "N/s": _ONE, "kN/min": _KILO / _MINUTE})
 RATE = Dimension("angular rate", {"deg/s": _DEGREE, "rad/s": _ONE, "deg/min": _DEGREE / _MINUTE})
 ANGULAR_ACCELERATION = Dimension("angular acceleration", {"deg/s2": _DEGREE, "rad/s2": _ONE})
 TIME = Dimension("time", {"s": _ONE, "min": _MINUTE, "h": 60 * _MINUTE, "ms": _MILLI, "days": 1440 * _MINUTE})
@@ -194,14 +194,14 @@ DIMENSIONS: tuple[Dimension, ...] = (
     *(LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY),
     *(INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, AREA, DENSITY, RATIO),
     *(MASS_PER_LENGTH, ROTARY_INERTIA, RIGIDITY, MODULUS, SECOND_MOMENT, PRESSURE),
+    TENSION_RATE,
     *(RESPONSE, TURN_RESPONSE, MOMENT_RESPONSE),
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Either(Dimension):
-    """A dimension that accepts the units of two other dimensions, such as length for sliding and angle for turning
-    joints."""
+    """A dimension that accepts the units of two others, such as length and angle for sliding and turning joints."""
 
     sliding: Dimension
     turning: Dimension

@@ -13,6 +13,7 @@ import heavylift.coordinator.participants.kernel_node as room
 import heavylift.coordinator.run.scene as runner
 import msgspec
 import numpy as np
+from heavylift.coordinator.participants import RowFrames
 from heavylift.nodes.scene import load
 
 
@@ -61,7 +62,7 @@ def kernel_alone(scene, *overrides):
 
     began = time.thread_time()
     tensions = Tensions()
-    kernel = room.KernelNode(noted.config, tensions.take)
+    kernel = room.KernelNode(noted.config, RowFrames(tensions.take))
     start = time.thread_time() - began
     simulation = kernel.simulation
     native, samples = Clock(simulation.native, "call"), Clock(kernel, "_flush")
@@ -116,7 +117,7 @@ def pruned_alone(noted, method):
     spared = {name for _, names in pruned for name in names}
     config = msgspec.structs.replace(noted.config, systems=[s for s, _ in pruned], method=method)
     tensions = Tensions()
-    kernel = room.KernelNode(config, tensions.take)
+    kernel = room.KernelNode(config, RowFrames(tensions.take))
     simulation, samples = kernel.simulation, Clock(kernel, "_flush")
 
     def run(until):

@@ -38,33 +38,33 @@ def on(monkeypatch: pytest.MonkeyPatch) -> Callable[[Machine], Machine]:
     return there
 
 
-def test_processes_auto_takes_the_fastest_number_of_processes_and_prints_the_measured_times(on):
+def test_the_option_processes_auto_takes_the_fastest_number_of_processes_and_prints_the_measured_times(on):
     machine = on(Machine({1: 0.25, 2: 0.15, 4: 0.1, 6: 0.2}))
     found = "1 process takes 1.25 s for the first 5 s of the run, 2 take 0.75 s, 4 take 0.50 s, 6 take longer"
     assert process_count.paying(machine.run, 8, most=6) == (4, found)
     assert machine.tried == [1, 2, 4, 6]
 
 
-def test_processes_auto_ignores_a_speed_up_within_measurement_noise(on):
+def test_the_option_processes_auto_ignores_a_speed_up_within_measurement_noise(on):
     machine = on(Machine({1: 0.25, 2: 0.24}))
     assert process_count.paying(machine.run, 8, most=2) == (
         1, "1 process takes 1.25 s for the first 5 s of the run, 2 take 1.20 s",
     )  # fmt: skip
 
 
-def test_processes_auto_takes_one_process_for_a_run_shorter_than_a_second(on):
+def test_the_option_processes_auto_takes_one_process_for_a_run_shorter_than_a_second(on):
     machine = on(Machine({1: 0.25}, events=3))
     assert process_count.paying(machine.run, 8, most=4) == (1, "1 process takes 0.75 s for all of the run")
     assert machine.tried == [1]
 
 
-def test_processes_auto_tries_no_more_processes_than_the_scene_has_models(on):
+def test_the_option_processes_auto_tries_no_more_processes_than_the_scene_has_models(on):
     machine = on(Machine({1: 0.25, 2: 0.15, 3: 0.1}))
     assert process_count.paying(machine.run, 3, most=64)[0] == 3
     assert machine.tried == [1, 2, 3]
 
 
-def test_models_that_send_nothing_during_the_trial_run_get_one_process_per_core(on):
+def test_a_run_whose_models_send_nothing_during_the_trial_gets_one_process_per_core(on):
     machine = on(Machine({}))
 
     def silent(count: int, watch: RunObserver) -> None:
@@ -75,7 +75,7 @@ def test_models_that_send_nothing_during_the_trial_run_get_one_process_per_core(
     assert process_count.paying(silent, 8, most=4) == (4, "its models work for 1 s before anything is said")
 
 
-def test_processes_auto_ignores_a_failing_trial_run_whose_error_the_recorded_run_reports(on):
+def test_the_option_processes_auto_ignores_a_failed_trial_run_since_the_recorded_run_reports_the_error(on):
     on(Machine({}))
 
     def failing(count: int, watch: RunObserver) -> None:

@@ -70,7 +70,7 @@ def test_every_benchmark_script_takes_the_options_json_and_short() -> None:
         assert f"python tests/bench/{script.name} " in script.read_text().partition('"""\n\n')[0], script.name
 
 
-def test_a_benchmark_row_has_eight_keys_and_its_target_bounds_the_ratio_to_the_peer() -> None:
+def test_a_benchmark_row_has_its_eight_keys_and_compares_its_ratio_to_a_peer_engine_with_a_target() -> None:
     rows = [json.loads(line) for line in python(ROWS, "--json").stdout.splitlines()]
     assert all(list(row) == KEYS for row in rows)
     assert [tuple(row.values())[1:] for row in rows] == [
@@ -82,7 +82,7 @@ def test_a_benchmark_row_has_eight_keys_and_its_target_bounds_the_ratio_to_the_p
     ]
 
 
-def test_a_benchmark_that_returns_something_other_than_rows_is_reported_by_name() -> None:
+def test_a_benchmark_that_returns_no_rows_is_reported_by_name() -> None:
     good = {"name": "a", "value": 1.0, "unit": "s", "peer": "b", "peer_value": 2.0, "ratio": 0.5, "target": None}
     good["met"] = None
     bad = [
@@ -106,7 +106,7 @@ def test_a_benchmark_that_returns_something_other_than_rows_is_reported_by_name(
     ]
 
 
-def test_a_peer_engine_that_is_not_installed_gives_one_sentence_and_no_figure() -> None:
+def test_a_peer_engine_that_is_not_installed_is_reported_in_one_sentence_without_a_figure() -> None:
     done = python(FEW)
     other = [row for row in map(json.loads, done.stdout.splitlines()) if row["peer"]]
     assert [(row["peer_value"], row["ratio"], row["met"]) for row in other] == [(None, None, None)] * 5

@@ -64,7 +64,7 @@ def test_a_run_whose_external_node_is_missing_ends_with_a_clear_message(tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_run_does_not_overwrite_an_existing_file_that_has_the_name_of_its_ticket(
+def test_a_run_does_not_overwrite_an_existing_file_with_the_name_of_its_ticket(
     tmp_path: Path, monkeypatch, guest
 ) -> None:
     path = tmp_path / "s1.ticket"

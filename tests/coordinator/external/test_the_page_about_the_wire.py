@@ -70,7 +70,7 @@ def test_the_example_program_creates_the_documented_liveliness_token_and_session
     assert msgspec.msgpack.decode(welcome.config, type=parts.ExternalPart).models["s1"].out == {"out": ("Token", 0)}
 
 
-def test_frames_are_decoded_by_the_table_of_the_wire_format_page() -> None:
+def test_frames_can_be_decoded_by_the_table_on_the_wire_format_page() -> None:
     frame, done = dump("frame")[1], dump("done")[1]
     rows = re.findall(r"^\| (\d+) \| (\d+) \| (.*?) \|$", PAGE, re.M)
     assert [int(offset) + int(size) for offset, size, _ in rows[:-1]] == [int(offset) for offset, _, _ in rows[1:]]

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 LIFT = ("commander", "crane", "loader-1", "loader-2", "loader-3", "block", "kernel")
 
 
-def test_nodes_are_distributed_over_the_requested_processes_and_the_kernel_has_one_of_its_own() -> None:
+def test_nodes_are_distributed_over_the_requested_processes_and_the_kernel_has_a_process_of_its_own() -> None:
     assert Placement.spread(LIFT, 4).processes == {
         "process-1": ("commander", "crane"),
         "process-2": ("loader-1", "loader-2"),
@@ -113,7 +113,9 @@ def test_a_scene_can_state_the_placement_of_its_nodes() -> None:
         ("  a b: [crane]\n", 0, ":3: error: placement.a b: a name has letters, digits, '-' and '_' only"),
     ],
 )
-def test_a_wrong_placement_in_a_scene_is_reported_with_its_line(placement: str, line: int, told: str) -> None:
+def test_a_wrong_placement_in_a_scene_is_reported_with_its_line_in_the_scene(
+    placement: str, line: int, told: str
+) -> None:
     """`line`: of the placement, from 0."""
     text = scene(placement)
     line += text[: text.index(placement)].count("\n") + 1

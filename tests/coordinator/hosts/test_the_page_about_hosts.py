@@ -17,7 +17,7 @@ COMMANDS = [
 
 
 @pytest.mark.large
-def test_the_commands_on_the_hosts_page_for_one_host_give_the_same_digest(tmp_path: Path, truth: str) -> None:
+def test_each_command_for_one_host_on_the_hosts_page_gives_the_same_digest(tmp_path: Path, truth: str) -> None:
     alone = COMMANDS[:4]
     assert [command[2:4] for command in alone[1:3]] == [["--processes", "4"], ["--processes", "auto"]]
     for command in alone:

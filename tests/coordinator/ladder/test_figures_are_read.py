@@ -7,8 +7,9 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Measuring, Span, as_it_is, play, swing
+from heavylift.coordinator.ladder import Measuring, Span, as_it_is, swing
 from heavylift.coordinator.ladder.figures import figures
+from heavylift.coordinator.record import play
 from heavylift.nodes.plan import ASKABLE
 from heavylift.nodes.scene import bundled, load, parse
 from scipy.special import ellipk
@@ -43,7 +44,7 @@ def test_a_sinusoid_in_any_horizontal_direction_is_measured_with_its_amplitude_a
     assert found.amplitude == pytest.approx(amplitude, rel=2e-3)
 
 
-def test_the_reading_error_of_a_swing_bounds_what_coarse_samples_miss() -> None:
+def test_the_reading_error_of_a_swing_bounds_the_error_due_to_coarse_samples() -> None:
     rough, fine = (play(load("pendulum", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.2 Hz", "20 Hz"))
     message, true = ({f.name: f for f in figures(run, ["swing"])} for run in (rough, fine))
     for name, f in message.items():
@@ -69,7 +70,7 @@ def test_a_swing_faster_than_the_sample_rate_is_measured_with_the_period_and_amp
     assert max(look.error.values()) < 0.01
 
 
-def test_the_reading_error_of_a_utilisation_bounds_what_coarse_samples_miss() -> None:
+def test_the_reading_error_of_a_utilisation_bounds_the_error_due_to_coarse_samples() -> None:
     rough, fine = (play(load("lift", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.5 Hz", "40 Hz"))
     message, true = ({f.name: f for f in figures(run, ["limits", "clearance"])} for run in (rough, fine))
     assert message.keys() == true.keys()

@@ -41,7 +41,7 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> dict[str, bytes]:
     return files
 
 
-def test_a_scene_gets_the_same_model_level_and_digest_with_an_empty_a_full_and_a_damaged_cache(
+def test_a_scene_gets_the_same_model_level_and_digest_whether_the_cache_is_empty_full_or_damaged(
     kept: dict[str, bytes], tmp_path: Path
 ) -> None:
     scene = load("lift", ASKED)
@@ -67,7 +67,7 @@ def test_a_scene_gets_the_same_model_level_and_digest_with_an_empty_a_full_and_a
 @pytest.mark.parametrize(
     "setting", ["accuracy=10 %", "fidelity.girder=elastic", "ask=[sling tension]", "gravity=9.8 m/s2"]
 )
-def test_the_model_level_is_chosen_again_for_another_accuracy_quantity_or_scene(
+def test_the_model_level_is_chosen_again_for_another_accuracy_another_quantity_or_another_scene(
     setting: str, kept: dict[str, bytes]
 ) -> None:
     chosen(load("lift", ASKED))
@@ -116,7 +116,7 @@ def test_a_study_of_a_scene_with_extends_uses_the_model_level_chosen_for_that_sc
     assert again.question is None
 
 
-def test_check_reports_the_cached_choice_of_level(
+def test_check_reports_the_cached_choice_of_model_level(
     kept: dict[str, bytes], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = ["end=80 s", *ASKED[1:]]  # which does not cut the lift

@@ -25,7 +25,7 @@ def measured() -> MeasuredLadder:
     return measure(load("hall", SCENE), "rope tension", limit=1e-3, budget=120.0)
 
 
-def test_tighter_time_steps_have_smaller_errors_and_the_cheapest_sufficient_model_level_is_recommended(
+def test_tighter_time_steps_give_smaller_errors_and_the_cheapest_sufficient_model_level_is_recommended(
     measured: MeasuredLadder,
 ) -> None:
     errors = [row.worst for row in measured.rows]
@@ -35,9 +35,7 @@ def test_tighter_time_steps_have_smaller_errors_and_the_cheapest_sufficient_mode
     assert measured.advice.startswith(f"Use {measured.pick}: ")
 
 
-def test_the_page_the_table_and_the_figure_of_a_trade_off_show_the_same_numbers(
-    measured: MeasuredLadder, tmp_path: Path
-) -> None:
+def test_page_table_and_figure_of_a_trade_off_show_the_same_numbers(measured: MeasuredLadder, tmp_path: Path) -> None:
     for kind in (".html", ".csv", ".json", ".png", ".svg"):
         write(measured, tmp_path / f"out{kind}")
     html, data = (tmp_path / "out.html").read_text(), json.loads((tmp_path / "out.json").read_text())

@@ -12,7 +12,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "nodes/fidelity"))
 
-from heavylift.coordinator.ladder import Ladder, Measuring, ModelLevel, at_level, choose, largest, play
+from heavylift.coordinator.ladder import Ladder, Measuring, ModelLevel, at_level, choose, largest
+from heavylift.coordinator.record import play
 from heavylift.nodes.plan import MEANT, Answer, Fidelity, Question
 from heavylift.nodes.scene import load, parse
 from lifts_of_kinds import Drawn, lift_of_kinds
@@ -48,7 +49,9 @@ FINER = {"ropes": ("rigid", "elastic", "massive"), "girder": ("rigid", "elastic"
     ],
 )
 @pytest.mark.large(beyond=3)
-def test_random_lifts_are_within_the_requested_accuracy_of_a_reference(draw: Draw, seed: int, accuracy: float) -> None:
+def test_results_of_random_lifts_are_within_the_requested_accuracy_of_a_reference(
+    draw: Draw, seed: int, accuracy: float
+) -> None:
     answer, error = answered(draw, seed, accuracy)
     assert not answer.notes
     assert max(answer.errors.values()) <= accuracy
@@ -77,7 +80,7 @@ def answered(draw: Draw, seed: int, accuracy: float) -> tuple[Answer, float]:
 @pytest.mark.parametrize(
     "named", [{}, {"girder": "rigid"}, {"ropes": "rigid", "slings": "rigid"}, {"rope_mass": "none"}]
 )
-def test_the_levels_with_which_a_model_level_is_compared_include_every_effect_it_omits(
+def test_a_model_level_is_compared_with_levels_that_include_every_effect_it_omits(
     scene: str, named: dict[str, str]
 ) -> None:
     plan = load(scene).plan

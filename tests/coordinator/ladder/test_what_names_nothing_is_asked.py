@@ -8,7 +8,8 @@ from random import Random
 import msgspec
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder import AskedFigure, Ladder, Measuring, ModelLevel, chosen, decided, looks, play
+from heavylift.coordinator.ladder import AskedFigure, Ladder, Measuring, ModelLevel, chosen, decided, looks
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import RunBranch, run
 from heavylift.coordinator.run.branch import branch
 from heavylift.coordinator.run.simulate import simulate
@@ -23,7 +24,7 @@ MOST = 5.0  # times what the errors of steps are, they may be reported to be whe
 
 @pytest.mark.parametrize("named", NAMED)
 @pytest.mark.parametrize("scene", ["lift", "turnover", "tandem"])
-def test_errors_are_measured_by_default_unless_the_scene_states_quantities_accuracy_level_or_steps(
+def test_errors_are_measured_by_default_unless_the_scene_states_quantities_accuracy_model_level_or_steps(
     scene: str, named: str
 ) -> None:
     assert load(scene).question == Question(MEANT, 0.01)

@@ -69,7 +69,7 @@ def test_an_operator_command_is_answered_if_the_run_ends_before_executing_it(tmp
 
 
 @pytest.mark.parametrize("wait", ["3 kg", "-1 s"])
-def test_an_invalid_waiting_time_for_the_reply_to_an_operator_command_is_refused(tmp_path: Path, wait: str) -> None:
+def test_an_invalid_waiting_time_for_the_answer_to_an_operator_command_is_refused(tmp_path: Path, wait: str) -> None:
     called = [HEAVYLIFT, "command", "x.mcap", WORDS, f"--wait={wait}"]
     done = subprocess.run(called, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)

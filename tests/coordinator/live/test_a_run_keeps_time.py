@@ -69,7 +69,7 @@ def test_a_real_time_rate_must_be_positive_and_finite(rate: float) -> None:
         RealTime(rate)
 
 
-def test_a_run_sends_the_same_events_at_any_real_time_rate_and_none_before_its_time(tmp_path: Path) -> None:
+def test_the_rate_of_a_real_time_run_changes_no_event_and_no_event_is_sent_before_its_time(tmp_path: Path) -> None:
     plain = run(parse(SLEDGE), tmp_path / "plain.mcap", True)
     assert plain.lateness is None
     for rate, oversleeps in ((1.0, 0.0), (4.0, 0.025)):
@@ -84,7 +84,7 @@ def test_a_run_sends_the_same_events_at_any_real_time_rate_and_none_before_its_t
         assert message == pytest.approx(paced.lateness._asdict())
 
 
-def test_granting_time_in_short_intervals_only_changes_no_event(tmp_path: Path) -> None:
+def test_short_time_grants_change_no_event(tmp_path: Path) -> None:
     results = {
         run(parse(SLEDGE), tmp_path / "x.mcap", True, pace=Pace(ahead)).digest
         for ahead in (1, seconds(0.3), seconds(10))

@@ -105,7 +105,9 @@ def test_serving_foxglove_and_lichtblick_leaves_the_digest_unchanged(tmp_path: P
     assert digests[0] == digests[1]
 
 
-def test_a_missing_package_for_live_viewing_is_named_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_package_that_live_viewing_needs_is_named_in_one_sentence_if_it_is_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setitem(sys.modules, "websockets.sync.server", None)
     with pytest.raises(RecordingError, match=r"^--foxglove needs the package websockets: pip install 'heavylift\[fox"):
         FoxgloveServer("lift")

@@ -92,7 +92,7 @@ def test_a_fault_in_an_option_for_measured_logs_is_reported(run: Path, tmp_path:
     assert message.splitlines()[1:] == ["    1 | cell=rope/tension/west.H1 [m]", "      |      ^", "1 error in --map"]
 
 
-def test_a_fault_in_the_text_of_a_measured_log_is_reported_with_its_line(run: Path, tmp_path: Path) -> None:
+def test_a_fault_in_the_text_of_a_measured_log_is_reported_with_its_line_in_the_file(run: Path, tmp_path: Path) -> None:
     lines = tmp_path / "map.yaml"
     lines.write_text("# cells\ncell: rope/tension/west.H1 [kg m]\n")
     message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), str(lines))

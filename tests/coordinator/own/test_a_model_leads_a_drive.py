@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder import Played, play
 from heavylift.coordinator.live import TimedCommand
+from heavylift.coordinator.record import Played, play
 from heavylift.coordinator.run import run
 from heavylift.kernel import ModelError, SceneError
 from heavylift.nodes import drive
@@ -138,7 +138,9 @@ def test_a_bundled_crane_accepts_the_orders_of_a_user_model(folder: Path) -> Non
     heard = [x.value for _, x in said(turned, Sample)]  # type: ignore[attr-defined]
     assert heard[0] == 0.0
     assert heard[-1] > 0.003, "[rad], under way from 1 s to 2 s"
-    with pytest.raises(ModelError, match=r"speed requests 1 of jib\.slewer, whose limit is .* m/s or rad/s"):
+    with pytest.raises(
+        ModelError, match=r"speed requests a speed of 1 from jib\.slewer, whose limit is .* m/s or rad/s"
+    ):
         play(scene(folder, jib, text, sets=("models.hand.parameters={one: 1 rad/s}",)).plan)
 
 
@@ -151,7 +153,9 @@ def test_user_models_share_no_state_and_communicate_only_by_messages(folder: Pat
 def test_a_crane_controlled_by_a_user_model_keeps_its_speed_limits(folder: Path) -> None:
     text = HAND.replace("position of rail", "position of crane").replace("speed: pusher", "speed: crane")
     lift = "heavylift: 1\nextends: lift\nname: lift\n"
-    with pytest.raises(ModelError, match=r"speed requests 5 of crane.gantry.drive, whose limit is 0.5 m/s or rad/s;"):
+    with pytest.raises(
+        ModelError, match=r"speed requests a speed of 5 from crane.gantry.drive, whose limit is 0.5 m/s or rad/s;"
+    ):
         play(scene(folder, lift, text, sets=("models.hand.parameters={one: 5 m/s}",)).plan)
     with pytest.raises(ModelError, match=r"crane cannot travel while block stands on its supports and .* is taut"):
         play(scene(folder, lift, text, sets=("models.hand.parameters={three: 0.1 m/s, wait: 4 s}",)).plan)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import run
 from heavylift.kernel import SceneError
 from heavylift.nodes.devs import Simulator, ms
@@ -69,7 +69,7 @@ def test_the_step_of_an_fmu_is_the_lookahead_of_its_ports(governed: LoadedScene)
 
 
 @pytest.mark.large
-def test_an_fmu_in_its_own_process_has_the_same_digest(governed: LoadedScene, tmp_path: Path) -> None:
+def test_a_run_with_an_fmu_in_a_process_of_its_own_has_the_same_digest(governed: LoadedScene, tmp_path: Path) -> None:
     assert run(governed, tmp_path / "apart.mcap").digest == play(governed.plan).digest
 
 

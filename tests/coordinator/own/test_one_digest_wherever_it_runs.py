@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.replay import RecordedRun, single
 from heavylift.coordinator.run import Beginning, RunObserver, run
 from heavylift.coordinator.run.resume import resume
@@ -39,7 +39,7 @@ def test_a_user_model_with_another_delay_gives_another_digest(truth: dict[str, s
 
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.large(beyond=1)
-def test_the_digest_of_a_user_model_does_not_depend_on_its_process(
+def test_the_digest_of_a_run_does_not_depend_on_the_process_in_which_a_user_model_runs(
     tmp_path: Path, truth: dict[str, str], delay: str
 ) -> None:
     scene = damper(delay)

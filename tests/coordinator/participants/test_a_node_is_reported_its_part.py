@@ -18,7 +18,7 @@ def yard(lifts: int, scene: str = "hall") -> Plan:
 
 
 @pytest.mark.parametrize("scene", ["turnover", "damper", "crawler", "yard"])
-def test_a_node_that_builds_only_its_own_models_builds_them_as_in_the_whole_plan(scene: str) -> None:
+def test_the_models_that_a_node_builds_alone_equal_those_built_from_the_whole_plan(scene: str) -> None:
     plan = load(scene).plan
     models, wires = build(plan), wiring(plan).all
     for name, part in zip(models, divided(plan, [[name] for name in models]), strict=True):

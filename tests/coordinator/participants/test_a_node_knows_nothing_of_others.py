@@ -92,7 +92,7 @@ SHARED = {"log": "beyond.LOG", "tally": "beyond.count", "classwide": "beyond.Tic
 
 
 @pytest.mark.parametrize("act", SHARED)
-def test_global_variables_that_change_are_reported_with_the_models_that_use_them(
+def test_global_variables_that_change_during_a_run_are_reported_with_the_models_that_use_them(
     act: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     message = (
@@ -120,7 +120,7 @@ def test_models_in_different_processes_may_read_the_same_global_constants(where:
 
 @pytest.mark.filterwarnings("ignore:.*may iterate over a set")
 @pytest.mark.parametrize(("what", "builds"), [("data", 1), ("settings", 3), ("words", 3), ("frozen", 3), ("fixed", 1)])
-def test_children_of_one_model_share_no_objects_in_one_process_or_in_several(
+def test_child_models_share_no_objects_whether_they_run_in_one_process_or_in_several(
     what: str, builds: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = list[str]()
@@ -224,14 +224,14 @@ def test_an_invalid_limit_of_microsteps_is_refused(limit: Any) -> None:
         ),
     ],
 )
-def test_run_models_refuses_an_end_time_that_is_not_a_number(until: Any, told: str) -> None:
+def test_the_function_run_models_refuses_an_end_time_that_is_not_a_number(until: Any, told: str) -> None:
     with pytest.raises(ModelError) as caught:
         run_models(f"{BEYOND}:chain(3)", until=until, in_process=True)
     assert str(caught.value) == told
 
 
 @pytest.mark.parametrize(("until", "ticks"), [(0, 0), (2, 2), (2.5, 3), (np.int64(2), 2), (1e300, 5), (None, 5)])
-def test_run_models_takes_its_end_time_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
+def test_the_function_run_models_takes_its_end_time_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
     (own_modules / "ticks.py").write_text(TICKS)
     assert run_models("ticks.py:build", until=until, in_process=True).results["y.t"].n == ticks  # type: ignore[attr-defined]
 

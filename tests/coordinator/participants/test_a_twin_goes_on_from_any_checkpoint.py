@@ -8,7 +8,7 @@ from random import Random
 
 import msgspec
 import pytest
-from heavylift.coordinator.participants import KernelNode, configured, wiring
+from heavylift.coordinator.participants import KernelNode, RowFrames, configured, wiring
 from heavylift.coordinator.protocol import Checkpoint, Grant, Hello, Node, OpenCoordinator, decode, encode
 from heavylift.nodes.devs import Simulator, Tag, after
 from heavylift.nodes.models import KERNEL, build
@@ -44,7 +44,7 @@ def replicas(plan: Plan, only: str = "") -> Iterator[Replica]:
             yield Replica(Node(name, simulator), [])
     if only in ("", KERNEL):
         batches: list[bytes] = []
-        kernel = KernelNode(configured(plan, models), batches.append, foretells=True)
+        kernel = KernelNode(configured(plan, models), RowFrames(batches.append), foretells=True)
         yield Replica(Node(KERNEL, kernel, kernel.finish, samples=True), batches)
 
 

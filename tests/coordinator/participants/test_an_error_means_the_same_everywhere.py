@@ -100,7 +100,7 @@ def written(own_modules: Path) -> Path:
 
 
 @pytest.mark.parametrize("what", CASES)
-def test_an_error_has_the_same_text_in_the_flat_simulator_in_one_process_in_several_and_in_the_recording(
+def test_an_error_has_the_same_text_in_the_flat_simulator_in_distributed_runs_and_in_the_recording(
     what: str, written: Path, code_allowed: None
 ) -> None:
     reference, message = f"broken.py:build('{what}')", f"yard.a at (1 s, 0): {CASES[what]}{line(what)}"

@@ -121,7 +121,7 @@ def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
         ("rings:tokens(open('x'))", "\"rings:tokens(open('x'))\" does not refer to a model: write module:function"),
         ("rings:tokens(4)", "rings:tokens(4): tokens() raised TypeError: tokens() takes 0 positional arguments"),
         ("rings:sand", "rings:sand: rings has no function sand; define one that returns a Coupled"),
-        ("rungs:tokens", "there is no module rungs in . or installed"),
+        ("rungs:tokens", "there is no module rungs, neither in this folder nor installed"),
         ("rungs.py:tokens", "rungs.py: there is no such file"),
         ("rings:Job", "rings:Job: Job() raised TypeError: Missing required argument 'number'"),
         ("rings:ring", "rings:ring: ring() raised TypeError: ring() missing 3 required positional arguments"),
@@ -192,7 +192,7 @@ def test_an_error_leaves_a_recording_of_all_events_before_it(tmp_path):
     assert text[0] == text[1] == text[2] == [(0, "frame"), (10**9, "frame")]
 
 
-def test_a_thousand_models_of_one_process_are_one_node():
+def test_a_thousand_models_in_one_process_form_one_node():
     run = run_models("heavylift.nodes.zoo.token_ring:ring(1000, 1, 1000)", until=3.001e-6, in_process=True)
     assert (run.grants, run.sim_s) == (1, 3e-6)
 

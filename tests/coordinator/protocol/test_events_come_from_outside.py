@@ -114,7 +114,9 @@ def test_a_run_with_events_from_outside_equals_a_flat_run_that_receives_them_at_
     assert late > text / 2 > 300
 
 
-def test_a_wrong_safe_time_that_ignores_lookahead_windows_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ignoring_lookahead_in_the_earliest_time_for_events_from_outside_is_detected(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(OpenCoordinator, "safe", property(lambda core: core.floor))
     wrong = 0
     for seed in FEW:
@@ -126,7 +128,7 @@ def test_a_wrong_safe_time_that_ignores_lookahead_windows_is_detected(monkeypatc
     assert wrong > 5
 
 
-def test_the_safe_time_accounts_for_committed_messages_that_are_not_granted_yet() -> None:
+def test_the_earliest_time_for_events_from_outside_accounts_for_committed_messages_not_yet_granted() -> None:
     """j runs below x's next tag, 6; through m, which takes 3, it reaches i at 8, and i has its offer there."""
     wires = [
         ("j", "out", "m", "in"),
@@ -153,5 +155,5 @@ def test_events_from_outside_for_past_times_or_unknown_nodes_are_refused() -> No
     ):
         core.inject(*spoken([(5, 1)]))
     core.inject(*spoken([(6, 1)]))
-    with pytest.raises(ProtocolError, match=r"g0\.out is not coupled to any node as an event from outside"):
+    with pytest.raises(ProtocolError, match=r"no node receives outside events on g0\.out"):
         core.inject(Event(9, 0, "g0", "out", 0, "Number", b""))

@@ -115,7 +115,7 @@ def verdicts(patch: pytest.MonkeyPatch, spoil: Spoiled) -> Counter[str]:
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_each_check_of_done_messages_alone_refuses_the_corruption_for_which_it_exists(
+def test_each_check_of_done_messages_rejects_its_kind_of_corruption_without_help_from_other_checks(
     row: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sentence, spoil = ROWS[row]

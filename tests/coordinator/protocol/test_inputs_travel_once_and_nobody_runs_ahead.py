@@ -134,7 +134,7 @@ def test_a_grant_ends_after_a_limited_number_of_events() -> None:
     assert (len(done.spoken), done.reached, done.next) == (SPOKEN, Tag(SPOKEN, 1), Tag(SPOKEN + 1))
 
 
-def test_a_grant_without_outputs_ends_after_a_limited_number_of_tags() -> None:
+def test_a_grant_without_outputs_ends_after_a_limited_number_of_logical_times() -> None:
     node = nodes_of([], Clock("a", 1, silent=True))["a"]
     node.hello()
     for gseq in (1, 2):
@@ -184,7 +184,7 @@ def test_time_advances_in_any_model_with_the_shortest_time_grants(seed: int) -> 
     assert core.over is not None or floors[-1].t > floors[len(floors) // 2].t
 
 
-def test_events_of_other_nodes_are_released_up_to_the_samples_of_a_node_that_has_not_sent_done() -> None:
+def test_samples_sent_by_a_working_node_allow_the_release_of_earlier_events_of_other_nodes() -> None:
     """a is at 700 in a grant without an end: what b has said up to there leaves, and nothing of a's can come before."""
     left: list[int] = []
     core = Coordinator("ab", [], on_event=lambda event: left.append(event.t))

@@ -181,12 +181,14 @@ def relayed() -> list[tuple[Tag, int]]:
 
 
 @pytest.mark.parametrize("mutant", [no_way_leads_from_model_to_model_within_a_node, inner_ports_are_on_no_way])
-def test_a_node_waits_for_events_between_its_own_models(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
+def test_a_node_of_several_models_waits_for_the_events_between_them(
+    mutant: Callable[[Patch], None], monkeypatch: Patch
+) -> None:
     assert relayed() == [(Tag(5, 2), 100)]
     mutant(monkeypatch)
     with pytest.raises(
         HeavyliftError,
-        match=r"^d at \(0.000000009 s, 0\): the message c.out is late, it was due at \(0.000000005 s, 2\)",
+        match=r"^d at \(0.000000009 s, 0\): message from c.out is late: due at \(0.000000005 s, 2\)",
     ):
         relayed()
 

@@ -45,7 +45,7 @@ def test_a_committed_offer_enters_the_bag_of_its_receiver_at_its_own_logical_tim
     assert core.ready() == []
 
 
-def test_lookahead_lets_other_nodes_advance_further_only_after_an_input() -> None:
+def test_before_its_first_input_a_node_delays_others_by_more_than_its_lookahead() -> None:
     core = Coordinator(["a", "b", "c"], [("a", "out", "b", "into"), ("b", "out", "c", "into")])
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t, b=10))
@@ -53,7 +53,7 @@ def test_lookahead_lets_other_nodes_advance_further_only_after_an_input() -> Non
     assert dict(core.ready())["c"].until == Tag(15)
 
 
-def test_nodes_do_not_wait_for_silent_nodes_that_can_only_send_later() -> None:
+def test_nodes_do_not_wait_for_silent_nodes_whose_next_message_can_only_come_later() -> None:
     core = Coordinator(["a", "b"], PAIR)
     for name in ("a", "b"):
         core.hello(name, Hello(Tag(5), [], Tag(5)))
@@ -85,7 +85,7 @@ def test_events_are_released_in_total_order_once_no_earlier_one_is_possible() ->
 
 
 @pytest.mark.parametrize("order", range(5))
-def test_a_run_ends_at_its_time_bound_when_all_nodes_are_passive_or_at_a_finish_event(order: int) -> None:
+def test_a_run_ends_at_a_finish_event_at_its_time_bound_or_when_all_nodes_are_passive(order: int) -> None:
     message: list[Event] = []
     nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
     core = Coordinator(["a", "b"], PAIR, Tag(9), on_event=message.append)
@@ -109,7 +109,7 @@ def test_a_run_ends_at_its_time_bound_when_all_nodes_are_passive_or_at_a_finish_
     assert a.heard[-1] == (Tag(9, 1), 100)
 
 
-def test_a_repeated_grant_is_answered_with_the_stored_done() -> None:
+def test_a_repeated_grant_is_answered_with_the_stored_done_message() -> None:
     (node,) = started(Clockwork("a", [5, 7]))
     node.hello()
     grant = Grant(1, Tag(6), None, True, [])
@@ -122,7 +122,7 @@ def test_a_repeated_grant_is_answered_with_the_stored_done() -> None:
         node.handle(Grant(3, Tag(9), None, False, []))
 
 
-def test_a_node_leaves_inputs_after_the_end_of_its_done_to_the_coordinator() -> None:
+def test_inputs_after_the_time_of_a_done_message_stay_with_the_coordinator() -> None:
     (node,) = started(Clockwork("a", delay=0))
     node.hello()
     inputs = [event(t, "b") for t in (5, 6)]
@@ -161,7 +161,7 @@ def test_a_run_begins_with_welcome_and_ends_with_stop_messages() -> None:
             node.handle(message)
 
 
-def test_the_last_message_of_a_node_reports_the_largest_lookaheads_it_could_have_declared() -> None:
+def test_the_last_message_of_a_node_reports_the_largest_lookahead_that_each_port_could_have_declared() -> None:
     class Slow(Atomic):
         into, out, other = In(Word), Out(Word, lookahead=10), Out(Word)
 

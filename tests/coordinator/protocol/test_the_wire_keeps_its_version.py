@@ -46,12 +46,12 @@ def test_messages_are_encoded_to_the_same_bytes_as_the_stored_ones() -> None:
     assert framed() == FRAMES[str(WIRE)]
 
 
-def test_frames_of_earlier_stored_versions_are_decoded() -> None:
+def test_stored_frames_of_earlier_versions_are_decoded() -> None:
     reader = FrameReader("9c1f0e6b2a7d4583", "crane", FrameTopic.OUT, 1)
     assert {name: m.decode(reader.open(bytes.fromhex(x))) for name, x in FRAMES[str(WIRE)].items()} == SAID
 
 
-def test_frames_of_another_wire_version_are_refused_by_name() -> None:
+def test_frames_of_another_wire_version_are_refused_with_the_version() -> None:
     others = {version: bytes.fromhex(FRAMES[version]["hello"]) for version in FRAMES if version != str(WIRE)}
     tomorrow = bytes.fromhex(FRAMES[str(WIRE)]["hello"]).replace(MAGIC, b"HLF%d" % (WIRE + 1))
     for version, frame in (others | {str(WIRE + 1): tomorrow}).items():

@@ -114,7 +114,7 @@ def test_messages_after_the_time_of_a_finish_event_are_not_delivered() -> None:
     assert log["b"] == [(5, 0, "e", [1]), (5, 1, "e", [2])]
 
 
-def test_repeated_grants_are_answered_with_the_stored_done_and_a_done_counts_once() -> None:
+def test_repeated_grants_are_answered_with_the_stored_done_message_which_counts_once() -> None:
     timer = Timer("a", 5)
     node = Node("a", Simulator(timer))
     core = Coordinator("a", [])
@@ -159,7 +159,7 @@ def test_a_message_that_arrives_too_late_is_refused_with_its_sender() -> None:
     node.hello()
     node.handle(Grant(1, Tag(9), None, True, []))
     fail = node.handle(Grant(2, Tag(20), None, False, [event(6)]))
-    assert fail.sentence == "b at (0.000000007 s, 0): the message a.out is late, it was due at (0.000000006 s, 0)"  # type: ignore[union-attr]
+    assert fail.sentence == "b at (0.000000007 s, 0): message from a.out is late: due at (0.000000006 s, 0)"  # type: ignore[union-attr]
 
 
 def test_delaying_outputs_by_a_microstep_would_miss_the_confluent_transition() -> None:
@@ -168,7 +168,9 @@ def test_delaying_outputs_by_a_microstep_would_miss_the_confluent_transition() -
     assert log["b"] == [(5, 0, "c", [1])] != [(5, 0, "i", []), (5, 1, "e", [1])]
 
 
-def test_granting_up_to_next_event_plus_lookahead_would_allow_late_messages(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_granting_time_up_to_the_next_event_plus_lookahead_would_let_messages_arrive_late(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Two nodes, one message: a is due at 5 since the start, and its lookahead of 10 says nothing of that."""
 
     def window_of_b() -> Tag:

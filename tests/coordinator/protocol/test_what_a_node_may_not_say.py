@@ -65,7 +65,7 @@ def test_a_late_message_ends_the_run_and_is_reported_by_name() -> None:
     node.handle(Grant(1, Tag(6), None, True, []))
     fail = node.handle(Grant(2, Tag(9), None, False, [event(4, "b")]))
     assert isinstance(fail, Fail)
-    assert fail.sentence == "a at (0.000000005 s, 0): the message b.out is late, it was due at (0.000000004 s, 0)"
+    assert fail.sentence == "a at (0.000000005 s, 0): message from b.out is late: due at (0.000000004 s, 0)"
 
 
 def test_an_exception_in_a_model_becomes_a_fail_message_with_sentence_and_traceback() -> None:

@@ -37,7 +37,7 @@ def test_the_equilibrium_path_has_the_same_times_as_the_run(recording: Recording
     assert all(np.abs(t - start).min() < 1e-6 for start in stages), "a point of the path where each stage begins"
 
 
-def test_the_plot_has_a_panel_of_dynamic_over_static_tensions(recording: Recording, tmp_path: Path) -> None:
+def test_the_plot_has_a_panel_of_the_ratio_of_dynamic_to_static_tensions(recording: Recording, tmp_path: Path) -> None:
     plain = plot(recording, tmp_path / "plain.svg").read_text()
     assert "over its static value" not in plain
     assert "over its static value" in plot(recording, tmp_path / "over.svg", rest=at_rest(recording)).read_text()

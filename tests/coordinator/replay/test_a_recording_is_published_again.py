@@ -93,7 +93,7 @@ def test_a_replay_runs_at_the_requested_rate(recorded: RecordedRun) -> None:
         assert wall == pytest.approx((t - 1.0) / 2.0, abs=1e-6)
 
 
-def test_a_replay_is_paused_stepped_quickened_and_ended_by_keys(recorded: RecordedRun) -> None:
+def test_a_replay_is_paused_and_stepped_and_sped_up_and_ended_by_keys(recorded: RecordedRun) -> None:
     free = [t for _, t in played(recorded, {}, rate=1.0)]
     times = played(recorded, {0.55: " ", 5.0: "s", 6.0: "s", 7.0: " "}, rate=1.0)
     before = [x for x in times if x[0] <= 0.55]
@@ -120,7 +120,7 @@ def test_only_the_selected_part_of_a_recording_is_replayed(recorded: RecordedRun
 
 
 @pytest.mark.large
-def test_without_a_terminal_replay_has_no_keys(lift: Path) -> None:
+def test_a_replay_without_a_terminal_has_no_key_control(lift: Path) -> None:
     arguments = [HEAVYLIFT, "replay", lift, "--rate", "1000", "--topics", "*/stage"]
     done = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0

@@ -105,7 +105,7 @@ def test_replay_with_verify_or_live_refuses_the_options_that_control_a_player(
     assert capsys.readouterr().err == says.format("--live", "--from")
 
 
-def test_a_recording_that_cannot_be_simulated_again_is_refused_in_a_sentence(tmp_path: Path) -> None:
+def test_a_recording_that_cannot_be_simulated_again_is_refused_in_one_sentence(tmp_path: Path) -> None:
     def recording(name: str, attachments: dict[str, bytes]) -> RecordedRun:
         with Recorder(tmp_path / name, {"scene": "lift"}, attachments) as rec:
             return RecordedRun(rec.close())

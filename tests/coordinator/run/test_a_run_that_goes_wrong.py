@@ -50,7 +50,7 @@ def test_ctrl_c_during_start_up_ends_with_a_one_sentence_error():
 
 
 @pytest.mark.large
-def test_a_node_whose_every_successor_is_killed_is_reported_by_name(tmp_path):
+def test_a_node_whose_replacement_processes_are_all_killed_is_reported_by_name(tmp_path):
     run = start(tmp_path, "run", "turnover")
     until(run, "load")
     while run.poll() is None:

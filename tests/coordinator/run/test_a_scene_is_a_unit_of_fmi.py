@@ -11,8 +11,8 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2LastSuccessfulTime
 from fmpy.validation import validate_fmu
 from heavylift.coordinator.commands import app
-from heavylift.coordinator.ladder import Played, play
 from heavylift.coordinator.live import TimedCommand
+from heavylift.coordinator.record import Played, play
 from heavylift.coordinator.run.units import SteppableRun, export
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Tag, encode, seconds

@@ -37,7 +37,7 @@ def test_closed_standard_streams_do_not_change_a_run(closed: tuple[int, ...], co
     assert digests[0] == digests[1]
 
 
-def test_a_daemon_in_python_starts_processes_without_streams(tmp_path: Path) -> None:
+def test_a_python_program_without_standard_streams_can_run_a_scene_in_several_processes(tmp_path: Path) -> None:
     code = "import os; [os.close(fd) for fd in (0, 1, 2)]; import heavylift; heavylift.run('pendulum', 'a.mcap')"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, timeout=PATIENCE_s)
     assert (done.returncode, Recording(tmp_path / "a.mcap").result["status"]) == (0, "finished")

@@ -52,7 +52,7 @@ def test_after_a_signal_every_received_batch_is_recorded_before_the_run_stops():
     assert talk.now.t == 3
 
 
-def test_aborting_a_run_in_a_program_with_its_own_signal_handlers_tolerates_a_lost_batch_of_samples():
+def test_a_run_can_be_aborted_although_a_signal_handler_of_the_program_has_lost_a_batch_of_samples():
     """Python's own handler raises wherever the run is; what follows on a batch that was lost there is left out."""
     talk = conversation([[("kernel", b"gap")]], Struck())
     with pytest.raises(Stopped, match=r"stopped by the user at 0\.000 s"):

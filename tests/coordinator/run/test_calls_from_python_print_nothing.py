@@ -11,7 +11,7 @@ from heavylift import Recording, load, replicate, run, run_models, simulate, swe
 from heavylift.coordinator.run.branch import RunBranch, branch
 from heavylift.coordinator.sweeps.limiting import limits_of_all
 from heavylift.coordinator.sweeps.planning import planned
-from heavylift.coordinator.ladder.sensitivities import sensitivities
+from heavylift.coordinator.uncertainty.sensitivities import sensitivities
 from heavylift.kernel.errors import HeavyliftError
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from command import finish
-from heavylift.coordinator.participants import KernelNode, configured
+from heavylift.coordinator.participants import KernelNode, RowFrames, configured
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import RunObserver, run
 from heavylift.coordinator.run.verify import verify
@@ -101,7 +101,7 @@ def test_a_kernel_restored_from_a_snapshot_reports_new_notes_only():
     """The note of the start has been told; one that rattles later is numbered on."""
     plan = parse(MISSES).plan
     message, again = list[bytes](), list[bytes]()
-    first, second = (KernelNode(configured(plan, build(plan)), out.append) for out in (message, again))
+    first, second = (KernelNode(configured(plan, build(plan)), RowFrames(out.append)) for out in (message, again))
     first.start()
     first.advance(Tag(0, 1), [], Tag(SECOND))
     assert [note for batch in message for note in numbers(batch)] == [0]

@@ -61,15 +61,16 @@ def test_a_process_forked_after_a_run_reports_that_it_cannot_simulate() -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_replications_in_the_flat_simulator_equal_runs_over_the_protocol(seed: int) -> None:
-    """Random networks and horizons; every number of every result is equal."""
+    """Random networks, horizons and ends by a message; every number of every result is equal."""
     draw = Random(seed)
     servers, arrivals, again = draw.randint(1, 4), draw.uniform(0.5, 2.0), draw.uniform(0.0, 0.5)
     until = draw.choice([0.0, draw.uniform(0.0, 25.0), draw.uniform(0.0, 25.0)])
+    stop = draw.choice(["", "station.left", "source.job"])
     reference = f"{MMC}({servers}, {arrivals!r}, 1.2, {again!r})"
     with ThreadPoolExecutor(1) as executor:
-        found = replicate(reference, 2, seed, until=until, executor=executor)
+        found = replicate(reference, 2, seed, until=until, stop=stop, executor=executor)
     for n, own in enumerate(found.seeds):
-        run = run_models(f"{reference[:-1]}, seed={own})", until, in_process=True)
+        run = run_models(f"{reference[:-1]}, seed={own})", until, in_process=True, stop=stop)
         assert {name: repr(x[n]) for name, x in found.values.items()} == {
             name: repr(x) for path, result in run.results.items() for name, x in numbers(path, result)
         }
@@ -84,7 +85,7 @@ def test_the_confidence_interval_uses_students_t_distribution() -> None:
     assert (alone.mean, isnan(alone.half)) == (4.0, True)
 
 
-def test_the_replication_command_reports_means_and_their_samples(tmp_path: Path) -> None:
+def test_the_replication_command_reports_means_and_the_values_of_each_replication(tmp_path: Path) -> None:
     asked = ("devs", MMC, "--until", "20s", "--json")
     message = json.loads(finish(tmp_path, *asked, "--replications", "2", "--processes", "1", "--seed", "7")[1])
     with ThreadPoolExecutor(1) as executor:

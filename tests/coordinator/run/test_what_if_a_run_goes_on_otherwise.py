@@ -156,7 +156,7 @@ def test_changes_of_a_scene_that_rule_out_a_branch_are_reported(
 ) -> None:
     with pytest.raises(SceneError, match="the branch changes nothing"):
         RunBranch.of(lift, "stage up")
-    with pytest.raises(SceneError, match=r"end 20 s: is before the branch point 23\.680 s"):
+    with pytest.raises(SceneError, match=r"the end 20 s is before the branch point 23\.680 s"):
         RunBranch.of(lift, "stage up", ["end=20 s"])
     with pytest.raises(RecordingError, match="is the recording itself, which will not be overwritten"):
         branch(RunBranch.of(lift, "stage up", [SLOWER]), lift, force=True)

@@ -55,7 +55,7 @@ def test_processes_killed_at_the_start_and_end_of_a_run_are_replaced(digest: str
     assert len(set(replaced(notes))) >= 2 or point == MESSAGES  # who has said all that it had to say may die
 
 
-def test_a_message_about_a_lost_process_contains_its_node_the_time_and_the_cause(digest: str) -> None:
+def test_a_message_about_a_lost_process_states_its_node_the_time_and_the_cause(digest: str) -> None:
     run, notes = play({60: strike("east", number=signal.SIGSEGV)})
     assert re.fullmatch(
         r"node east is replaced at t = 0\.1\d\d s: its process was ended by signal 11 \(SIGSEGV\)", *notes

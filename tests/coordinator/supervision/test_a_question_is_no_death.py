@@ -52,7 +52,7 @@ def test_a_node_that_makes_progress_may_compute_for_longer_than_the_deadline() -
         assert seen.at(10.0 * n) == ""
 
 
-def test_a_node_without_progress_between_two_liveness_queries_is_lost_and_reported_with_its_code_line() -> None:
+def test_a_node_without_progress_between_two_liveness_queries_counts_as_lost_at_a_reported_line_of_code() -> None:
     seen = Seen()
     seen.sign = Alive(5)
     assert seen.at(10.0) == ""
@@ -68,7 +68,7 @@ def test_each_message_to_a_node_restarts_the_deadline_for_its_answer() -> None:
     assert seen.vigil.lost("west", 12.0, 22.0) == ""
 
 
-def test_a_node_that_does_not_answer_a_liveness_query_is_lost() -> None:
+def test_a_node_that_does_not_answer_a_liveness_query_counts_as_lost() -> None:
     seen = Seen()
     seen.answers = False
     assert seen.at(10.0) == (
@@ -84,7 +84,7 @@ def test_a_process_held_by_a_debugger_has_no_deadline(held: str) -> None:
     assert set(seen.message) == {"a debugger holds process west; the run waits for it"}
 
 
-def test_a_stopped_process_is_reported_early_and_lost_at_the_deadline() -> None:
+def test_a_stopped_process_is_reported_early_and_counts_as_lost_at_the_deadline() -> None:
     seen = Seen()
     seen.letter = "T"
     assert seen.at(1.0) is None

@@ -31,7 +31,7 @@ def test_three_process_losses_at_the_same_logical_time_end_the_run(
     )
 
 
-def test_a_model_that_fails_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_node_whose_model_raises_an_error_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOOM", "raises")
     notes = Notes()
     with trouble({}), pytest.raises(ModelError, match=r"^ring\.south\.runner at .*ValueError: the hook is not there"):
@@ -51,7 +51,7 @@ def test_a_nondeterministic_model_is_reported(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.large
-def test_a_model_that_hangs_is_reported_with_its_code_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_that_hangs_is_reported_with_its_line_of_code(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOOM", "hang")
     with pytest.raises(ProtocolError) as message:
         play({}, "doomed", deadline=0.3)
@@ -60,7 +60,7 @@ def test_a_model_that_hangs_is_reported_with_its_code_line(monkeypatch: pytest.M
     assert re.search(r'doomed_models\.py", line \d+ in hang; 3 successive processes', str(message.value))
 
 
-def test_a_model_that_hangs_once_is_replaced(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_node_whose_model_hangs_once_is_replaced(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("DOOM", "hang_once")
     monkeypatch.setenv("DOOM_FLAG", str(tmp_path / "flag"))
     run, notes = play({}, "doomed", deadline=0.3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.sweeps import Task, Variant, played
 from heavylift.nodes.scene import load
 

@@ -61,6 +61,6 @@ def test_a_key_added_to_an_action_is_written_after_the_name_of_its_stage() -> No
         ("actions: []\n", ("actions", 0, "when")),  # of nothing
     ],
 )
-def test_rewriting_a_value_that_the_file_does_not_state_on_its_own_is_refused(text: str, path: Path) -> None:
+def test_rewriting_a_value_that_cannot_be_changed_without_losing_comments_is_refused(text: str, path: Path) -> None:
     with pytest.raises(SceneError, match="cannot be changed without losing its comments"):
         rewritten(text, "x.yaml", {path: "2 m"})

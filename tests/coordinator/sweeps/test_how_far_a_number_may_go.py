@@ -62,7 +62,7 @@ def test_the_limit_of_an_input_lies_between_its_last_green_and_its_first_red_val
     assert len(found.runs) < 25
 
 
-def test_a_search_whose_scene_ends_before_the_lift_suggests_a_later_end(told) -> None:
+def test_a_limit_search_whose_scene_ends_before_the_lift_suggests_a_later_end(told) -> None:
     assert str(told(lambda x: x <= 400.0, waits="moves done")).endswith(
         "red: too heavy; let the run last longer, --set 'end=...'"
     )
@@ -109,7 +109,7 @@ def test_a_search_for_limits_reports_the_state_of_each_value_it_runs(
 
 
 @pytest.mark.large
-def test_a_limit_has_the_error_estimate_of_the_governing_utilisation(lift) -> None:
+def test_the_error_estimate_of_a_limit_follows_from_that_of_the_governing_utilisation(lift) -> None:
     found = limiting.limits_of(load("lift", ["end=100 s"]), "block.mass=500..540 t")
     assert found.green == pytest.approx(519.5, abs=1.0)
     assert found.most["use"] <= 1.0 < found.runs[found.red]["use"]

@@ -6,7 +6,7 @@ import difflib
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.sweeps import CREEP, overlaps, ramps, speeds
 from heavylift.coordinator.sweeps.planning import planned
 from heavylift.kernel import SceneError

@@ -81,7 +81,7 @@ def test_a_message_of_an_earlier_process_incarnation_is_refused() -> None:
     )
 
 
-def test_a_lost_wire_message_is_reported_by_the_gap_in_the_numbers() -> None:
+def test_a_lost_wire_message_is_reported_by_the_gap_in_message_numbers() -> None:
     w = writer()
     w.frame(b"lost")
     assert refusal(w.frame(b"")) == (

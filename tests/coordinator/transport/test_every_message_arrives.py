@@ -86,7 +86,7 @@ def test_a_run_in_one_process_transmits_bursts_and_large_messages_too() -> None:
         assert hub.samples() == [("west", b"s" * 1_000_000)]
 
 
-def test_an_exception_of_a_node_in_this_process_reaches_the_coordinator() -> None:
+def test_an_exception_in_a_node_of_this_process_reaches_the_coordinator() -> None:
     def handle(message: bytes) -> None:
         raise ZeroDivisionError("a mass of zero")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.verdict import landing_force
 from heavylift.nodes.limits import SignalColumns, uses_of
 from heavylift.nodes.scene import load
@@ -15,7 +15,9 @@ CASES = {"jib": ("jib main", "legs"), "hall": ("hall main", "legs"), "crawler": 
 
 @pytest.mark.parametrize("name", sorted(CASES))
 @pytest.mark.large(beyond=1)
-def test_the_impact_force_of_a_dropped_block_is_the_largest_sampled_support_force_and_red(name: str) -> None:
+def test_the_impact_force_of_a_dropped_block_is_the_largest_sampled_support_force_and_gives_a_red_check(
+    name: str,
+) -> None:
     who, slings = CASES[name]
     drop = f'{{{who}: "hoist 1 m/min by 20 mm"}}, {{wait: 5 s}}, {{{slings}: release}}, {{wait: 2 s}}'
     given = [f"actions=[{UP.format(who=who)}, {drop}]", "end=120 s", "block.supports.capacity=100 t"]
@@ -45,7 +47,9 @@ def test_the_impact_force_of_a_block_set_down_at_creep_speed_is_less_than_its_we
 
 
 @pytest.mark.parametrize("name", [*sorted(CASES), "lift"])
-def test_supports_loaded_beyond_their_impact_limit_are_red_even_if_the_limit_is_close_to_the_weight(name: str) -> None:
+def test_supports_loaded_beyond_their_impact_limit_give_a_red_check_even_if_the_limit_is_close_to_the_weight(
+    name: str,
+) -> None:
     """A block that only stands has no impact, except where it stands with more than the scene allows."""
     plan = load(name, ["limits.impact=1.01"]).plan
     (limit,) = (x for x in plan.limits if x.quantity == "impact")

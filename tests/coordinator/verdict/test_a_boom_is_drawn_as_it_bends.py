@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, at_level, play
-from heavylift.coordinator.record import boxes
+from heavylift.coordinator.ladder import at_level
+from heavylift.coordinator.record import Played, boxes, play
 from heavylift.coordinator.verdict.moving import moving
 from heavylift.nodes.plan import Fidelity, Plan, Shapes
 from heavylift.nodes.scene import load

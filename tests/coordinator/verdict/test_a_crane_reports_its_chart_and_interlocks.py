@@ -6,7 +6,7 @@ from functools import cache
 from math import acos, cos, degrees, radians
 
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.nodes.limits import HookReach
 from heavylift.nodes.scene import check, load
 
@@ -19,7 +19,7 @@ def played(name: str, *settings: str) -> Played:
     return play(load(name, list(settings)).plan)
 
 
-def test_radius_load_and_chart_capacity_are_listed_for_begin_maximum_and_end_of_each_stage() -> None:
+def test_chart_capacity_and_load_are_listed_with_the_radius_at_start_end_and_maximum_of_each_stage() -> None:
     """At rest: the tip of 42 m stands 14 m out, then luffs by the scene; the next longer radius of the chart counts."""
     scene = load("crawler", [LIGHT])
     found = HookReach(scene.plan).see_path(scene.states)

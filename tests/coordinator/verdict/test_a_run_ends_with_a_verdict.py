@@ -68,7 +68,7 @@ def test_the_verdict_is_the_same_in_one_process_and_in_several(tmp_path: Path) -
     assert together.digest == apart.digest
 
 
-def test_a_lifting_beam_that_enters_the_block_is_red_with_depth_time_and_place(tmp_path: Path) -> None:
+def test_a_lifting_beam_that_enters_the_block_gives_a_red_check_with_depth_time_and_place(tmp_path: Path) -> None:
     """Its hook is unhooked and lowered on: 10 m of sling, then 4 m into the block of 8 m."""
     down = "  - stage: unhook\n    crane H3: unhook\n  - stage: through\n    crane H3: lower 10 m/min by 14.2 m\n"
     text = LIFT[: LIFT.index("actions:")] + "actions:\n" + down
@@ -82,7 +82,7 @@ def test_a_lifting_beam_that_enters_the_block_is_red_with_depth_time_and_place(t
     assert found.red
 
 
-def test_an_end_time_that_cuts_off_the_lift_is_red_in_check_and_run(tmp_path: Path) -> None:
+def test_an_end_time_that_cuts_off_the_lift_gives_a_red_finding_in_check_and_run(tmp_path: Path) -> None:
     cut = parse(LIFT, overrides=["end=20 s"])
     assert [(f.quantity, f.word) for f in cut.findings if f.quantity == "cut"] == [("cut", "red")]
     found = verdict(tmp_path, LIFT, "end=20 s")
@@ -91,7 +91,7 @@ def test_an_end_time_that_cuts_off_the_lift_is_red_in_check_and_run(tmp_path: Pa
     assert parse(LIFT).findings == (), "a last wait may be cut"
 
 
-def test_a_stage_with_moves_that_ends_at_once_is_red_with_its_line(tmp_path: Path) -> None:
+def test_a_stage_with_moves_that_ends_at_once_gives_a_red_finding_with_its_line_in_the_scene(tmp_path: Path) -> None:
     landed = "  - stage: set down\n    all hooks: lower 0.3 m/min until landed\n"
     text = LIFT.replace("actions:\n", "actions:\n" + landed)
     found = verdict(tmp_path, text)
@@ -123,7 +123,7 @@ def test_slings_of_a_bridle_beyond_their_allowed_angle_are_reported(
         assert np.degrees(leg.value) == pytest.approx(degrees, abs=0.2)
 
 
-def test_a_centre_of_mass_outside_the_block_is_red_with_its_line(tmp_path: Path) -> None:
+def test_a_centre_of_mass_outside_the_block_gives_a_red_finding_with_its_line_in_the_scene(tmp_path: Path) -> None:
     found = verdict(tmp_path, LIFT.replace("  size: [20", "  com: [0 m, 0 m, -4.5 m]\n  size: [20"), "end=1 s")
     assert kinds(found) == ["geometry", "cut"]
     assert "is 0.5 m outside the block" in found.line

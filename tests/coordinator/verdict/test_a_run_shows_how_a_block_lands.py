@@ -7,7 +7,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.kernel.description import Check
 from heavylift.nodes.limits import SignalColumns, checks_of, uses_of
 from lift_of_a_type import Lift
@@ -64,14 +64,14 @@ def test_the_landing_speed_of_a_dropped_block_is_that_of_a_free_fall(lift: Lift)
 
 
 @pytest.mark.large(beyond=3)
-def test_a_simulated_landing_speed_beyond_its_limit_is_red_whatever_speed_was_ordered(lift: Lift) -> None:
+def test_a_simulated_landing_speed_beyond_its_limit_gives_a_red_check_whatever_speed_was_ordered(lift: Lift) -> None:
     checks = list(lifted(lift, 0.95, "0.8 m/min").verdict.checks)
     assert (row(checks, "landing speed").state, row(checks, "lift-off speed").state) == ("red", "red")
     assert "as simulated" in row(checks, "landing speed").sentence
 
 
 @pytest.mark.large(beyond=3)
-def test_an_order_beyond_the_limit_is_red_whatever_the_error_of_the_run(lift: Lift) -> None:
+def test_an_order_beyond_the_limit_gives_a_red_check_whatever_the_error_of_the_run(lift: Lift) -> None:
     run = lifted(lift, 0.95, "0.8 m/min")
     for quantity in ("lift-off speed", "landing speed"):
         use = next(x for x in run.uses if x.limit.quantity == quantity)
@@ -85,7 +85,7 @@ def test_an_order_beyond_the_limit_is_red_whatever_the_error_of_the_run(lift: Li
             assert check.state == state
 
 
-def test_a_block_that_comes_down_on_its_supports_in_a_turn_is_red_after_a_run(lift: Lift) -> None:
+def test_a_block_that_comes_down_on_its_supports_in_a_turn_gives_a_red_check_after_a_run(lift: Lift) -> None:
     turn = "  - stage: turn\n    block: turn 20 deg/min to 15 deg\n  - wait: 1 s\n"
     if not lift.text.count("crane: {type: goliath") + lift.text.count("crane: {type: twin"):
         pytest.skip("it cannot turn a block")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import atan2, degrees
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.nodes.scene import LoadedScene, parse
 
 APART, ASIDE = 60.0, 20.0  # of the second crane's hook along and across the rails [m]
@@ -59,7 +59,7 @@ def test_three_hooks_of_two_unlike_cranes_turn_a_block_to_the_ordered_angle(firs
 
 
 @pytest.mark.parametrize(("first", "second"), HOLDS)
-def test_a_turn_that_two_hooks_cannot_hold_is_red_at_rest_and_in_a_run(first: str, second: str) -> None:
+def test_a_turn_that_two_hooks_cannot_hold_gives_a_red_check_at_rest_and_in_a_run(first: str, second: str) -> None:
     scene = turned(first, second, 1, 8.0)
     _, R = scene.statics.states[-1].poses["block"]
     assert abs(degrees(atan2(R[1][2], R[2][2])) - 8.0) > 4.0

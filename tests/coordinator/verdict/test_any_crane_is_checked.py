@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import NOT_CHECKED
 from heavylift.nodes.plan import Plan, Quantity, Shapes, carried_hooks, frames_on_hooks, is_root
@@ -42,7 +42,7 @@ def test_a_block_that_is_hoisted_into_the_boom_is_reported_with_the_boom() -> No
     assert not [c for c in played("crawler").verdict.clearances if c.distance < c.limit]
 
 
-def test_the_angle_of_steep_bridle_slings_is_computed_and_red() -> None:
+def test_the_angle_of_steep_bridle_slings_is_computed_and_gives_a_red_check() -> None:
     """Lugs at +-3 m and +-2 m from the middle, slings of 3.9 m: asin(3.606 / 3.9) but for stretch."""
     run = played("crawler", *STEEP, 'actions=[{crawler main: "hoist 1 m/min until lifted"}, {wait: 1 s}]')
     use = next(u for u in run.uses if u.limit.quantity == "bridle angle")
@@ -50,7 +50,7 @@ def test_the_angle_of_steep_bridle_slings_is_computed_and_red() -> None:
     assert len(red(run, "bridle angle")) == 4
 
 
-def test_a_load_hoisted_out_of_plumb_is_red() -> None:
+def test_a_load_hoisted_out_of_plumb_gives_a_red_check() -> None:
     """The hook hangs plumb at x = 14 m, the lugs lie 3 m aside: the rope leads there from the tip of the boom."""
     lugs = {f"N{i}": [f"{x} m", f"{y} m", "1.6 m"] for i, (x, y) in enumerate([(-3, 2), (3, 2), (-3, -2), (3, -2)], 1)}
     lateral = ["block.at=[17 m, 0 m, 2 m]", f"block.lugs={json.dumps(lugs)}", "block.mass=20 t"]
@@ -83,19 +83,19 @@ def test_two_cranes_that_share_a_load_are_derated() -> None:
     assert not [x for x in load("crawler").plan.limits if x.quantity == "tandem load"]
 
 
-def test_unhooking_a_load_in_the_air_is_red() -> None:
+def test_unhooking_a_load_in_the_air_is_refused() -> None:
     up = '{crawler main: "hoist 1 m/min until lifted"}, {crawler main: "hoist 6 m/min by 2 m"}'
     with pytest.raises(SceneError, match="no taut sling is left: the block would fall"):
         load("crawler", [f"actions=[{up}, {{stage: let go, legs: unhook}}]"])
 
 
-def test_unhooking_a_frame_from_its_load_in_the_air_is_red() -> None:
+def test_unhooking_a_frame_from_its_load_in_the_air_is_refused() -> None:
     up = '{all hooks: "hoist 0.5 m/min until lifted"}, {all hooks: "hoist 3 m/min by 2 m"}'
     with pytest.raises(SceneError, match="no taut sling is left: the block would fall"):
         load("spreader", [f"actions=[{up}, {{stage: let go, front: unhook, rear: unhook}}]"])
 
 
-def test_dragging_a_load_on_its_supports_is_red() -> None:
+def test_dragging_a_load_on_its_supports_is_refused() -> None:
     taut = '{hall main: "hoist 1 m/min until all slings taut"}, {hall main: "hoist 0.1 m/min by 2 mm"}'
     message = r"hall would traverse while the block is on its supports and legs\.sling-\d taut"
     with pytest.raises(SceneError, match=message):
@@ -209,7 +209,7 @@ def test_each_check_of_each_crane_type_has_a_value_or_is_reported_as_missing(
         assert {x.split()[0] for x in own if x.startswith("off-lead")}, crane
 
 
-def test_the_drive_brake_and_drum_pull_of_a_crane_type_are_checked(tmp_path: Path) -> None:
+def test_drives_brakes_and_drum_pull_of_a_crane_type_are_checked(tmp_path: Path) -> None:
     """A pick 0.5 m aside, which the ropes lead to: T d / |d| along x, on the drive and on its brake."""
     text = library()["overhead-100"].read_text(encoding="utf-8").replace("overhead-100", "own")
     text = text.replace("force: 40 kN, brake: 60 kN", "force: 8 kN, brake: 80 kN")

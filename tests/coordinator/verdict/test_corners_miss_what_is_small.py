@@ -65,7 +65,9 @@ def test_a_block_with_box_contacts_stands_on_a_plinth_smaller_than_itself(tmp_pa
 
 @pytest.mark.parametrize("meets", ["corners", "lower corners"])
 @pytest.mark.parametrize("overlap", [0.0, 0.3])
-def test_an_overlap_of_random_boxes_is_red_exactly_if_it_is_deeper_than_allowed(meets: str, overlap: float) -> None:
+def test_an_overlap_of_random_boxes_gives_a_red_check_exactly_if_it_is_deeper_than_allowed(
+    meets: str, overlap: float
+) -> None:
     """Along the axes the overlap is the least of three; it is red if it is deeper than what touches and is meant."""
     draw, reds = Random(f"{meets} {overlap}"), 0
     for _ in range(40):

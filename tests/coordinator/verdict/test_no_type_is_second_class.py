@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import ModelError, SceneError
 from heavylift.kernel.description import NOT_MODELLED, UNKNOWN, WORLD, Check, Point
@@ -41,20 +41,20 @@ def test_a_load_out_of_plumb_is_reported_with_its_rope_on_every_crane_type(lift:
     assert red(lateral, "off-lead")
 
 
-def test_dropping_a_load_in_the_air_is_red_on_every_crane_type(lift: Lift) -> None:
+def test_dropping_a_load_in_the_air_is_refused_on_every_crane_type(lift: Lift) -> None:
     slings = [line.split(":")[0].strip() for line in lift.text.splitlines() if line.startswith("  legs-")]
     off = ", ".join(f"{name}: unhook" for name in slings or ["all hooks"])
     with pytest.raises(SceneError, match="would fall"):
         lift.read(text=lift.beginning(f"  - {{stage: let go, {off}}}\n"))
 
 
-def test_a_scene_with_a_gravity_other_than_the_earths_is_amber_on_every_crane_type(lift: Lift) -> None:
+def test_a_gravity_other_than_that_of_the_earth_gives_an_amber_check_on_every_crane_type(lift: Lift) -> None:
     assert [c for c in lift.read().checks if c.quantity == "gravity"] == []
     (check,) = (c for c in lift.read("gravity=1 m/s2").checks if c.quantity == "gravity")
     assert check.state == "amber"
 
 
-def test_a_block_that_comes_down_on_its_supports_in_a_turn_is_red_on_every_crane_type(lift: Lift) -> None:
+def test_a_block_that_comes_down_on_its_supports_in_a_turn_gives_a_red_check_on_every_crane_type(lift: Lift) -> None:
     """Hoisted by 1 m above them, it touches them before it has turned by 15 degrees."""
     turn = "  - stage: turn\n    block: turn 20 deg/min to 15 deg\n  - wait: 1 s\n"
     if not lift.text.count("crane: {type: goliath") + lift.text.count("crane: {type: twin"):
@@ -74,7 +74,7 @@ def test_a_turn_in_which_all_slings_pull_along_one_line_is_refused_on_every_cran
 
 
 @pytest.mark.large(beyond=5)
-def test_a_wall_too_close_to_the_load_is_red_on_every_crane_type(lift: Lift) -> None:
+def test_a_wall_too_close_to_the_load_gives_a_red_check_on_every_crane_type(lift: Lift) -> None:
     wall = f"at: [{lift.x + lift.half + 0.1 + 0.5} m, {lift.y} m, 2 m]"
     scene = lift.read(f"obstacles={{wall: {{box: [1 m, 4 m, 4 m], {wall}}}}}", text=lift.beginning("  - wait: 1 s\n"))
     found = play(scene.plan).verdict.findings
@@ -147,7 +147,7 @@ def test_a_block_that_is_driven_into_a_wall_is_reported(lift: Lift) -> None:
 
 
 @pytest.mark.large(beyond=4)
-def test_a_block_that_only_stands_on_its_supports_has_no_impact_force_and_a_load_check_governs(lift: Lift) -> None:
+def test_a_block_that_stays_on_its_supports_has_no_impact_check_and_is_governed_by_a_load_check(lift: Lift) -> None:
     stands = f"{lift.text[: lift.text.index('actions:')]}actions:\n  - wait: 2 s\n"
     for checks in (lift.read().checks, play(lift.read(text=stands).plan).verdict.checks):
         assert [x for x in checks if x.quantity == "impact" and x.use is not None] == []

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 from heavylift.coordinator.commands.common.app import app
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Check
@@ -61,7 +61,7 @@ def at_rest(loaded: LoadedScene) -> list[Check]:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_a_contact_that_no_order_allows_is_red_with_place_and_time(crane: str) -> None:
+def test_a_contact_that_no_order_allows_gives_a_red_check_with_place_and_time(crane: str) -> None:
     gap = Random(crane).uniform(0.6, 0.9)
     assert at_rest(scene(crane)) == []
     loaded = scene(crane, shelf(crane, gap))
@@ -123,7 +123,7 @@ def test_a_stage_that_allows_contact_with_an_object_that_does_not_exist_is_refus
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_unhooking_a_hanging_load_is_red(crane: str) -> None:
+def test_unhooking_a_hanging_load_is_an_error_in_the_scene_and_is_refused_in_a_run(crane: str) -> None:
     """At rest it is an error at its line; a commander refuses it, too, whoever orders it, unless the load stands."""
     loaded = scene(crane)
     names = [*loaded.scene.rigging, *(loaded.scene.rig.beams if loaded.scene.rig else ())]

@@ -9,7 +9,7 @@ from random import Random
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.verdict import near_at_rest, with_worst_clearances
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import UNKNOWN, Check
@@ -35,7 +35,7 @@ def apart(scene: LoadedScene) -> list[Check]:
 
 
 @pytest.mark.large(beyond=3)
-def test_a_clearance_below_its_limit_at_the_worst_corner_of_uncertain_inputs_is_red(lift: Lift) -> None:
+def test_a_clearance_below_its_limit_at_the_worst_corner_of_uncertain_inputs_gives_a_red_check(lift: Lift) -> None:
     """The gap of the wall as it is written, and a scene in which it stands where it is worst."""
     random = Random(lift.x)
     for _ in range(2):
@@ -58,7 +58,7 @@ def test_clearances_after_a_run_are_reduced_by_the_effect_of_uncertain_inputs(li
 
 
 @pytest.mark.large(beyond=2)
-def test_a_lift_has_the_same_worst_clearance_beside_another_lift_as_alone(lift: Lift) -> None:
+def test_a_lift_has_the_same_worst_clearance_beside_another_lift_as_when_it_is_alone(lift: Lift) -> None:
     """One with a wall at an uncertain place and a limit of its own, beside one without both."""
     random = Random(lift.y)
     gap, half, limit = random.uniform(0.7, 1.2), random.uniform(0.02, 0.4), random.uniform(0.55, 0.9)
@@ -80,7 +80,7 @@ def test_a_lift_has_the_same_worst_clearance_beside_another_lift_as_alone(lift: 
     assert kept == {"a": 0.5, "b": pytest.approx(limit)}
 
 
-def test_an_obstacle_that_overlaps_the_block_at_the_start_is_reported_with_its_line(lift: Lift) -> None:
+def test_an_obstacle_that_overlaps_the_block_at_the_start_is_reported_with_its_line_in_the_scene(lift: Lift) -> None:
     random = Random(lift.half)
     deep = random.uniform(0.05, 1.0)
     text = f"{lift.text}\nobstacles:\n  wall: {wall(lift, -deep).partition('wall: ')[2].removesuffix('}')}\n"

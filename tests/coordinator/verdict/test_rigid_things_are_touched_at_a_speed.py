@@ -7,7 +7,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.kernel.description import Check
 from heavylift.nodes.limits import SignalColumns, checks_of, uses_of
 from heavylift.nodes.scene import load
@@ -84,7 +84,7 @@ def test_an_obstacle_bears_a_block_that_stands_on_it() -> None:
         assert loads[name].limit == pytest.approx(300e3 / G)
 
 
-def test_landings_and_lift_offs_on_plinths_are_those_of_the_run() -> None:
+def test_landing_speeds_on_plinths_are_checked_as_simulated() -> None:
     """Of the bundled scene in which two cranes set blocks down on obstacles."""
     run = play(load("in-turn").plan)
     found = {x.subject: x for x in run.verdict.checks if x.quantity == "landing speed"}
@@ -95,7 +95,7 @@ def test_landings_and_lift_offs_on_plinths_are_those_of_the_run() -> None:
     assert not [x for x in run.verdict.checks if x.quantity == "impact" and "did not occur" in x.sentence]
 
 
-def test_a_block_lifted_off_an_obstacle_has_the_speed_of_that_lift_off() -> None:
+def test_each_lift_off_from_an_obstacle_is_checked_at_its_own_speed() -> None:
     shelf = "{box: [9 m, 9 m, 0.4 m], at: [-10 m, 8 m, 0.4 m]}"
     up = '{hall: "hoist 0.5 m/min until all slings taut"}, {hall: "hoist 0.5 m/min until lifted"}'
     over = '{hall: "hoist 4 m/min by 0.6 m"}, {hall travelling: "travel 30 m/min ramp one swing by 10 m"}'
@@ -107,7 +107,7 @@ def test_a_block_lifted_off_an_obstacle_has_the_speed_of_that_lift_off() -> None
         assert 60.0 * (row(run, quantity).value or 0.0) == pytest.approx(speed, rel=SHAKES)
 
 
-def test_a_landing_is_not_checked_where_the_run_recorded_no_supports() -> None:
+def test_a_landing_speed_is_not_checked_if_the_run_recorded_no_supports() -> None:
     plan = load("hall", ["actions=[{wait: 1 s}]"]).plan
     (limit,) = (x for x in plan.limits if x.quantity == "landing speed")
     seen: list[tuple[str, str]] = []

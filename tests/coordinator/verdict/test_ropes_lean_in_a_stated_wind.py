@@ -48,7 +48,7 @@ def leads(scene: LoadedScene, stage: str) -> dict[str, float]:
     return found
 
 
-def test_a_hanging_load_leans_by_the_push_of_the_wind_over_its_weight(lift: Lift) -> None:
+def test_a_load_in_wind_leans_by_the_ratio_of_wind_force_to_weight(lift: Lift) -> None:
     speed, area, push = stated(lift, Random(lift.text))
     scene = lift.read(f"factors={{wind: {speed!r} m/s, area: {area!r} m2}}")
     found, shapes = rows(scene), Shapes(scene.plan)
@@ -75,14 +75,14 @@ def test_the_reported_off_lead_of_ropes_in_wind_is_that_of_statics_with_a_wind_f
     assert found == pytest.approx({hook: blown[hook] for hook in found}, rel=ALONE if len(found) == 1 else SHARED)
 
 
-def test_an_off_lead_in_wind_beyond_its_limit_is_red(lift: Lift) -> None:
+def test_an_off_lead_in_wind_beyond_its_limit_gives_a_red_check(lift: Lift) -> None:
     sets = "limits={off-lead: 1 deg}", "factors={wind: 10 m/s, area: 1e4 m2}"
     found = rows(lift.read(*sets))
     assert {(x.state, x.limit) for x in found} == {("red", radians(1.0))}
     assert len({x.subject for x in found}) == len(found)
 
 
-def test_the_off_lead_nearer_to_its_limit_along_or_across_the_boom_is_checked_in_wind() -> None:
+def test_the_off_lead_in_wind_is_checked_in_the_direction_that_is_nearer_to_its_limit() -> None:
     for tight in ("along", "across"):
         given = {"along": 5.0, "across": 5.0} | {tight: 0.1}
         limits = ", ".join(f"off-lead {key}: {value} deg" for key, value in given.items())

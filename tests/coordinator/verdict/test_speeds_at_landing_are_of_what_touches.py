@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.coordinator.verdict import History, touches
 from heavylift.nodes.limits import touching
 from heavylift.nodes.scene import LoadedScene, load, parse
@@ -49,7 +49,7 @@ def speeds(scene: LoadedScene) -> dict[tuple[str, str], float | None]:
     return {(x.subject, x.quantity): x.value and 60.0 * x.value for x in rows}
 
 
-def test_a_block_that_lands_on_one_edge_has_the_speed_of_that_edge(tilted: Played) -> None:
+def test_the_landing_speed_of_a_block_that_lands_on_one_edge_is_that_of_the_edge(tilted: Played) -> None:
     """The force of a pad at the instant of contact is that of its damper alone, which shows the speed."""
     (found,) = (x for x in tilted.verdict.checks if x.quantity == "landing speed")
     past = tilted.past.part(0, len(tilted.t))
@@ -60,14 +60,16 @@ def test_a_block_that_lands_on_one_edge_has_the_speed_of_that_edge(tilted: Playe
     assert (found.state, found.value) == ("red", pytest.approx(shown, rel=1e-3))
 
 
-def test_a_block_that_leaves_its_supports_while_the_hooks_pay_out_counts_as_no_lift_off(tilted: Played) -> None:
+def test_a_block_that_leaves_its_supports_while_the_hooks_are_lowered_is_not_counted_as_lift_off(
+    tilted: Played,
+) -> None:
     past = tilted.past.part(0, len(tilted.t))
     assert "block lift-off speed" in touches(tilted.plan, past)
     unwound = replace(past, lengths={name: -L for name, L in past.lengths.items()})
     assert "block lift-off speed" not in touches(tilted.plan, unwound)
 
 
-def test_the_lift_off_speed_is_computed_equally_exactly_late_in_a_run(tilted: Played) -> None:
+def test_the_lift_off_speed_is_as_accurate_late_in_a_run_as_at_its_start(tilted: Played) -> None:
     past = tilted.past.part(0, len(tilted.t))
     late: History = replace(past, t=past.t + 100_000.0)
     speed, then = (touches(tilted.plan, x)["block lift-off speed"][0] for x in (past, late))
@@ -89,7 +91,7 @@ def test_an_ordered_hook_speed_is_checked_only_for_the_block_on_that_hook(quay: 
 
 
 @pytest.mark.parametrize("hook", ["", 'jib main: "lower 3 m/min by 1 m", '])
-def test_a_block_dropped_while_an_unloaded_hook_is_lowered_is_red(hook: str) -> None:
+def test_a_block_dropped_while_an_unloaded_hook_is_lowered_gives_a_red_check(hook: str) -> None:
     up = '{jib main: "hoist 1 m/min until all slings taut"}, {jib main: "hoist 1 m/min until lifted"}'
     drop = f'{{jib main: "hoist 1 m/min by 100 mm"}}, {{{hook}legs: release}}, {{wait: 2 s}}'
     checks = play(load("jib", [f"actions=[{up}, {drop}]", "end=60 s"]).plan).verdict.checks

@@ -57,7 +57,7 @@ def test_a_block_gives_no_ground_clearance_finding_while_it_is_lifted_off_or_set
     assert told(swings) == [], "it swings as it leaves its supports, nobody carries it"
 
 
-def test_a_load_carried_too_close_to_the_ground_is_red_with_its_place() -> None:
+def test_a_load_carried_too_close_to_the_ground_gives_a_red_check_with_its_place() -> None:
     (red,) = findings(near(went([*UP, STANDS + 0.1, *UP[4:]], [0.0] * 3 + [3.0 * i for i in range(6)])))
     assert (red.subject, red.t, red.value) == ("block and ground", 6.0, pytest.approx(STOOL + 0.1, abs=0.05))
     assert "of the ground, 0.5 m are to be kept (block at u, v, w = " in red.sentence
@@ -79,7 +79,7 @@ def test_low_ground_clearance_gives_no_finding_during_an_order_to_land() -> None
     assert told(went(down), landing=[(4.0, 9.0)]) == []
 
 
-def test_penetration_of_the_ground_is_red_for_every_body() -> None:
+def test_penetration_of_the_ground_gives_a_red_check_for_every_body() -> None:
     tips = went([STANDS] * 9, roll=[0.02 * i for i in range(9)])
     edge = (8.0 - 6.0) * np.sin(0.16) - STOOL  # below the pad at 6 m, which stands on its support
     assert told(tips) == [f"the block went {edge:.2f} m into the ground"]

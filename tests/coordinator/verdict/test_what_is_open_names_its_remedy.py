@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.kernel.description import ASSUMED, NOT_CHECKED, NOTED, Check
 from heavylift.nodes.limits import open_checks, state_of
 from heavylift.nodes.scene import bundled, load
@@ -37,7 +37,9 @@ def test_every_unchecked_or_assumed_item_of_a_lift_says_how_to_resolve_it_on_eve
 
 
 @pytest.mark.parametrize("does", ["", "stops: [hoist]"])
-def test_an_interlock_that_only_reports_gives_a_note_and_one_that_stops_a_machine_is_red(lift: Lift, does: str) -> None:
+def test_an_interlock_that_only_reports_gives_a_note_and_one_that_stops_a_machine_gives_a_red_finding(
+    lift: Lift, does: str
+) -> None:
     """What a scene orders to be reported was foreseen; what stops a machine was not."""
     hook = next(hook.rope for machine in lift.read().plan.machines for hook in machine.hooks)
     high = f"interlocks={{high: {{when: height of {hook} >= 0 m, tells: it is up{f', {does}' if does else ''}}}}}"

@@ -21,7 +21,9 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.mark.large
-def test_the_lift_of_the_tutorial_is_made_changed_run_compared_and_reported(page: Any, hands: Hands) -> None:
+def test_the_lift_of_the_tutorial_can_be_made_changed_run_compared_and_reported_in_the_workbench(
+    page: Any, hands: Hands
+) -> None:
     hands.begin("my-lift", "lift")
     hands.previewed()
     verdict, worst = page.locator("#verdict"), page.locator("#checks tbody tr").first

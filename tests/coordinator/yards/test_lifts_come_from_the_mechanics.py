@@ -84,7 +84,9 @@ def test_interpolating_a_lift_table_is_exact_for_multilinear_functions():
         assert interpolated(axes, grid, (x, y)) == pytest.approx([x * y + 3 * x - y, 7.0])
 
 
-def test_a_yard_run_with_simulated_lifts_has_the_same_digest_in_processes_verified_and_resumed(folder):
+def test_a_yard_run_with_simulated_lifts_has_the_same_digest_in_several_processes_and_when_verified_and_when_resumed(
+    folder,
+):
     sheet, made = run_yard(written("run"), output="a.mcap", in_process=True)
     assert sheet.state == "amber"
     assert run_yard("yard.yaml", processes=2)[1].digest == made.digest
@@ -96,7 +98,7 @@ def test_a_yard_run_with_simulated_lifts_has_the_same_digest_in_processes_verifi
     assert CliRunner().invoke(app, ["resume", "cut.mcap.part", "-o", "again.mcap"]).exit_code == 0
 
 
-def test_a_yard_run_is_red_if_the_simulation_of_a_lift_is_red(folder):
+def test_a_yard_run_has_a_red_verdict_if_the_simulation_of_a_lift_is_red(folder):
     text = Path("crane.yaml").read_text()
     Path("crane.yaml").write_text(
         text.replace("wind >= 10 m/s, until: wind <= 8 m/s", "wind >= 1 m/s, until: wind <= 0.5 m/s")

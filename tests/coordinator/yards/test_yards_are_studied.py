@@ -41,7 +41,7 @@ def test_all_combinations_of_a_yard_study_use_the_same_random_streams(study):
     assert rows(sheet)[0][5].state == "red"
 
 
-def test_the_limit_of_a_yard_lies_between_its_last_green_value_and_the_first_other_value(study):
+def test_the_limit_of_a_yard_lies_between_its_last_green_value_and_the_next_value_that_is_not_green(study):
     sheet = study.limit("resources.crew.units=4..1")
     (row,) = rows(sheet)
     assert float(row[1]) - float(row[2]) == 1
@@ -60,7 +60,7 @@ def test_sensitivities_of_a_yard_give_the_gain_from_one_more_resource(study):
     assert found["crew, one more"] > max(0.1, found["crane, one more"])
 
 
-def test_the_reported_gain_without_weather_is_the_delay_caused_by_a_storm(study):
+def test_the_reported_gain_without_weather_equals_the_delay_caused_by_a_storm(study):
     """A storm lasts to 4:00: erection begins then, instead of at midnight."""
     hours = [f"2027-01-{4 + n // 24:02} {n % 24:02}:00,{1.5 if n < 4 else 0.5}" for n in range(20 * 24)]
     Path("sea.csv").write_text("\n".join(["time,Hs [m]", *hours]) + "\n")

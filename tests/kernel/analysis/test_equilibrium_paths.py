@@ -100,7 +100,7 @@ def test_the_equilibrium_path_ends_where_the_simulation_comes_to_rest():
 # ---- friction -------------------------------------------------------------------------------------------------
 
 
-def test_statics_of_a_slipping_brake_follow_a_servo_with_hysteresis_in_both_directions():
+def test_in_statics_a_servo_on_a_slipping_brake_lags_behind_in_both_directions_of_motion():
     """A brake that slips at M on a servo kp: it follows M / kp behind, holds over 2 M / kp, and comes back so."""
     M, kp = 2e3, 1e4
     joint = Joint("guide", "prismatic", "world", "load", axis=Y)
@@ -167,7 +167,7 @@ def pendulum(kp, m=100.0, l=2.0):
     return System((body,), (joint,), drives=(Drive("drive", "pivot", "servo", kp, 10.0),))
 
 
-def test_a_rod_that_its_servo_cannot_hold_falls_at_the_fold_of_the_path():
+def test_a_rod_too_heavy_for_its_servo_falls_at_the_fold_of_the_equilibrium_path():
     """Leaning from -2.6 rad, the stable branch ends where m g l cos(theta) = kp."""
     torque = 100.0 * G * 2.0
     kp = 0.5 * torque
@@ -226,7 +226,7 @@ def crossed():
     return System((body,), (Joint("free", "free", "world", "block"),), ropes=ropes, supports=(pad,), gravity=G)
 
 
-def test_the_tangent_stiffness_agrees_in_machine_code_and_interpreted_python_and_with_differences():
+def test_the_tangent_stiffness_agrees_in_machine_code_and_interpreted_python_and_with_finite_differences():
     native, floats = (Poses(s) for s in (Simulation(crossed()), Simulation(crossed(), native=False)))
     for poses in (native, floats):
         poses.simulation.start()

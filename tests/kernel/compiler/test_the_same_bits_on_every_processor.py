@@ -154,7 +154,7 @@ def test_an_input_shared_by_all_simd_lanes_is_passed_once():
     assert y.tolist() == [float(e) for e in body(p.tolist(), x.tolist())["y"]]
 
 
-def test_function_calls_that_depend_on_each_other_are_not_executed_as_one_batch():
+def test_function_calls_that_depend_on_each_other_are_not_executed_together():
     f, g = small(0), small(1)
 
     def body(x):

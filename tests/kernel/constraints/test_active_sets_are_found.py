@@ -100,7 +100,7 @@ def breach(c, x):
 
 @pytest.mark.parametrize("m", [1, 2, 3, 4, 8])
 @pytest.mark.parametrize("flat", [True, False])
-def test_every_contact_pushes_sticks_or_slides_by_the_law_of_coulomb(m, flat):
+def test_every_contact_force_pushes_and_its_contact_sticks_or_slides_by_the_law_of_coulomb(m, flat):
     rng = np.random.default_rng(m)
     for friction in (0.0, 0.1, 0.3, 0.5) * 3:
         c = body_on_points(rng, m, flat, friction)

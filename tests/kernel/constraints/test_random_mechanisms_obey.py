@@ -99,7 +99,7 @@ def test_at_rest_the_joints_and_ropes_attached_to_the_ground_carry_the_whole_wei
 
 @SOME
 @SEEDS
-def test_all_formulations_give_the_same_accelerations_under_springs_and_ropes(seed, n):
+def test_all_formulations_give_the_same_accelerations_of_systems_with_springs_and_ropes(seed, n):
     system = roped(seed, n, 3.0)
     rates = []
     for name in FORMULATIONS:

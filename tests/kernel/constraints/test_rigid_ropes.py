@@ -80,7 +80,7 @@ def reference(name):
     return json.loads((Path(__file__).parents[2] / "data" / "linkages.json").read_text())[name]
 
 
-def test_a_load_reeled_in_at_constant_speed_swings_as_the_reference_predicts():
+def test_a_load_reeled_in_at_constant_speed_swings_as_in_the_reference_solution():
     theta = 0.1
     system = on_rope(point(20.0 * sin(theta), -20.0 * cos(theta), -sin(theta), cos(theta)), 20.0, winch=True)
     s = started(replace(system, gravity=9.81), **FINE)

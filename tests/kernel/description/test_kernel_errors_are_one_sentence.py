@@ -37,7 +37,7 @@ def test_invalid_descriptions_of_systems_are_refused(system, sentence):
         (
             System((Body("a", 1.0),), (Joint("weld", "fixed", "world", "a"),)),
             {},
-            "nothing in this scene can move: all joints are fixed",
+            "nothing in this scene can move: all joints are fixed; free a joint",
         ),
         (
             with_(bodies=(Body("a", 0.0),)),
@@ -163,7 +163,7 @@ def test_motion_that_becomes_infinite_is_reported_with_its_body():
     assert "\n" not in str(e.value)
 
 
-def test_a_force_law_that_jumps_is_named_with_its_body():
+def test_a_discontinuous_force_law_is_named_with_its_body():
     """A brake as stiff as numbers allow: the step shrinks below a picosecond and the run ends."""
     brake = Brake("brake", "a-guide", 1e30, 1e36, 0.0, True)
     s = started(replace(slider("a", 1.0, v0=1.0), brakes=(brake,)))

@@ -12,7 +12,7 @@ CASES = 40
 
 @pytest.mark.parametrize("seed", range(CASES))
 @pytest.mark.large(beyond=20)
-def test_a_corrupted_scene_is_refused_in_a_sentence_or_runs(seed):
+def test_a_corrupted_scene_runs_or_is_refused_in_one_sentence(seed):
     random = Random(seed)
     system = random_system(seed, 4) if seed % 4 == 0 else yard()
     for _ in range(random.choice((1, 1, 2, 4))):
@@ -24,7 +24,7 @@ def test_a_corrupted_scene_is_refused_in_a_sentence_or_runs(seed):
 
 @pytest.mark.parametrize("seed", range(CASES))
 @pytest.mark.large(beyond=20)
-def test_a_scene_with_values_of_wrong_types_is_refused_in_a_sentence_or_runs(seed):
+def test_a_scene_with_values_of_wrong_types_runs_or_is_refused_in_one_sentence(seed):
     random = Random(seed)
     text = outcome(misfit(yard(), random))
     assert text

@@ -137,7 +137,7 @@ BAD = [
 
 @pytest.mark.parametrize(("function", "told", "do"), BAD)
 @pytest.mark.parametrize("native", [True, False])
-def test_a_user_law_that_cannot_be_traced_is_refused_with_its_line(function, told, do, native):
+def test_a_user_law_that_cannot_be_traced_is_refused_with_its_line_of_code(function, told, do, native):
     with pytest.raises(KernelError) as e:
         Simulation(cart(own(function)), native=native)
     sentence = str(e.value)

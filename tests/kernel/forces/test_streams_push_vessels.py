@@ -7,6 +7,7 @@ import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
 from heavylift.kernel.description import Body, Drive, InputSignal, Joint, JointSpring, Point, Stream, System, WaveSum
+from scipy.optimize import brentq
 from small_scenes import SECOND, X, column, cube, hand_over, imbalance, started
 
 MASS, AREA, LENGTH, RHO, SPEED = 5.0e5, 440.0, 110.0, 1025.0, 1.5
@@ -18,8 +19,8 @@ ROUNDING, CLOSES = 1e-12, 1e-10
 def current(to: float, table: tuple = TABLE, speed: float = SPEED, **change) -> Stream:
     """A current that flows in the direction `to` [rad]."""
     direction = (float(np.cos(to)), float(np.sin(to)), 0.0)
-    given = {"area": AREA, "length": LENGTH, "direction": direction, "density": RHO, "coefficients": table, **change}
-    return Stream("current", Point("hull"), signal=InputSignal(speed), **given)
+    given = {"area": AREA, "length": LENGTH, "direction": direction, "density": RHO, "coefficients": table}
+    return Stream("current", signal=InputSignal(speed), **{"at": Point("hull"), **given, **change})
 
 
 def free(*forces, bow: float = 0.0) -> System:
@@ -77,6 +78,20 @@ def test_a_moored_hull_rests_where_its_spring_balances_the_drag() -> None:
     s = started(System((Body("hull", MASS),), (joint,), springs=(mooring,), forces=(current(0.0),), gravity=0.0))
     found = equilibrium(s)
     assert float(found.q[0]) == pytest.approx(0.3 * PRESSURE / 4.0e5, rel=1e-9)
+
+
+@pytest.mark.parametrize("height", [8.0, -3.0])
+def test_a_beam_stream_heels_a_hull_by_its_force_times_the_height_of_its_centre_of_pressure(height: float) -> None:
+    """k phi = -h F cos^2 phi: the part of the stream across the heeled hull counts."""
+    force, k = 0.9 * PRESSURE, 40.0 * abs(height) * PRESSURE
+    joint = Joint("roll", "revolute", "world", "hull", axis=X, q0=(0.0,))
+    stream = current(0.5 * np.pi, at=Point("hull", (0.0, 0.0, height)))
+    spring = JointSpring("righting", "roll", k)
+    s = started(System((Body("hull", MASS, inertia=cube(MASS, 30.0)),), (joint,), springs=(spring,), forces=(stream,),
+                       gravity=0.0))  # fmt: skip
+    want = brentq(lambda phi: k * phi + height * force * np.cos(phi) ** 2, -0.5, 0.5, xtol=1e-14)
+    assert float(equilibrium(s).q[0]) == pytest.approx(want, rel=1e-9)
+    assert abs(want) > 0.01
 
 
 BAD = {

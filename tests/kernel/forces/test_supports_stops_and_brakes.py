@@ -51,7 +51,7 @@ def test_a_block_settles_by_five_millimetres_on_its_supports():
     assert all(sum(r) == pytest.approx(9.0e5 * G, rel=1e-6) for r in [s.row().normal])
 
 
-def test_a_sliding_block_stops_after_v_squared_over_two_mu_g():
+def test_a_sliding_block_stops_after_the_distance_v_squared_over_two_mu_g():
     feet = ((-4.0, -4.0), (-4.0, 4.0), (4.0, -4.0), (4.0, 4.0))
     mu, v = 0.2, hypot(1.2, 0.5)
     scene = block_on_pads(1.0e5, (0.0, 0.0, 0.0), feet, -5e-3, mu, (1.2, 0.5, 0.0, 0.0, 0.0, 0.0))
@@ -141,7 +141,7 @@ def _lead(zeta):
     return atan2(2 * zeta * sqrt(1 - zeta**2), 1 - 2 * zeta**2)
 
 
-def test_a_brake_stops_a_trolley_within_v_squared_over_two_a():
+def test_a_brake_stops_a_trolley_within_the_distance_v_squared_over_two_a():
     mass, v, force = 3.0e5, 0.5, 3.0e4
     brake = Brake("brake", "load-guide", force, 1.0e9, 1.0e6)
     s = started(replace(slider(axis=X, mass=mass, v0=v), brakes=(brake,)), **FINE)
@@ -196,9 +196,7 @@ def test_a_pad_does_not_report_slip_at_the_instant_at_which_its_contact_opens():
 
 @pytest.mark.parametrize("late", [0.0, 1e-9, 1e-6, 4e-6, 1e-3])
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
-def test_a_pad_whose_sticking_is_found_late_keeps_the_direction_of_its_friction_force(
-    late: float, angle: float
-) -> None:
+def test_a_pad_that_is_found_sticking_late_keeps_the_direction_of_its_friction_force(late: float, angle: float) -> None:
     """Steps may find it when the pad goes back already: the force goes on from that of the slip, and does not jump to
     the other side, where the limit would be passed at once."""
     mu, normal, k, d, along = 0.4, 1e5, 1e8, 1e6, np.array([cos(angle), sin(angle)])
@@ -234,3 +232,20 @@ def test_a_creeping_pad_that_is_unloaded_does_not_alternate_between_slip_and_sti
     assert SupportLaw().switch(pad, p, "rub", np.array([normal, 0.0, 0.0, *velocity]))[0] == "slip"
     assert p[SupportAt.STICK] == 1.0
     assert hypot(*(d * velocity - k * p[SupportAt.ANCHOR])) < 0.6 * mu * normal
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.6, 1.5, 3.0])
+def test_a_block_that_slides_off_a_pad_with_ends_falls_freely_and_its_energy_is_accounted_for(angle: float) -> None:
+    """Friction slows it to sqrt(v^2 - 2 mu g s) at the edge, a way s off; the energy of the spring becomes heat."""
+    mu, v, size, along = 0.3, 4.0, (3.0, 2.0), (cos(angle), sin(angle))
+    scene = block_on_pads(1e4, (0.0, 0.0, 0.0), ((0.0, 0.0),), -5e-3, mu, (v * along[0], v * along[1], *[0.0] * 4))
+    s = started(replace(scene, supports=tuple(replace(pad, size=size) for pad in scene.supports)), **FINE)
+    hand_over(s, SECOND)
+    way = min(half / max(abs(x), 1e-12) for half, x in zip((1.5, 1.0), along, strict=True))
+    speed = sqrt(v * v - 2.0 * mu * G * way)
+    leaves = (v - speed) / (mu * G)
+    (left,) = times(s, "pad0", "open")
+    assert left == pytest.approx(leaves, abs=1e-6)
+    assert s.state[:2] == pytest.approx([(way + speed * (1.0 - leaves)) * x for x in along], abs=1e-5)
+    assert s.state[2] == pytest.approx(-5e-3 - 0.5 * G * (1.0 - leaves) ** 2, abs=1e-6)
+    assert imbalance(s) < 1e-9

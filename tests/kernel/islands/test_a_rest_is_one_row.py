@@ -47,7 +47,7 @@ def rested(s: Run, t_ns: int, command: Callable[[Run], object] = lambda s: None)
 
 
 @pytest.mark.parametrize("build", BUILDS)
-def test_a_period_of_rest_has_the_same_sample_rows_whether_written_gradually_or_at_once(
+def test_sample_rows_of_a_rest_are_the_same_whether_the_rest_is_simulated_in_steps_or_at_once(
     build: Callable[[], Run],
 ) -> None:
     s = build()
@@ -60,7 +60,7 @@ def test_a_period_of_rest_has_the_same_sample_rows_whether_written_gradually_or_
 
 
 @pytest.mark.parametrize("build", BUILDS)
-def test_several_periods_of_rest_have_the_same_sample_rows_whether_written_gradually_or_at_once(
+def test_sample_rows_of_several_rests_are_the_same_whether_each_is_simulated_in_steps_or_at_once(
     build: Callable[[], Run], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With one load or both hoisted after it, at once or one while the other rests on, and with a rope between them."""
@@ -87,7 +87,7 @@ def test_several_periods_of_rest_have_the_same_sample_rows_whether_written_gradu
 
 
 @pytest.mark.parametrize("build", BUILDS)
-def test_a_snapshot_taken_before_the_sample_rows_of_a_rest_are_written_still_yields_these_rows(
+def test_a_snapshot_taken_before_the_sample_rows_of_a_rest_are_written_still_gives_these_rows(
     build: Callable[[], Run],
 ) -> None:
     first, second = build(), build()

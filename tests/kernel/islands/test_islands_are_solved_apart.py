@@ -74,7 +74,7 @@ def test_equal_islands_share_machine_code() -> None:
     assert a.native.structure == b.native.structure
 
 
-def test_ropes_that_are_hooked_later_join_their_islands_from_the_start() -> None:
+def test_bodies_that_a_rope_may_couple_later_share_an_island_from_the_start() -> None:
     for ties, kind in (([], Islands), (["tug"], Simulation)):
         s = simulate(TIED, TOLERANCE, SECOND, frozenset(), "dopri5", None, ties)
         assert type(s) is kind
@@ -146,7 +146,7 @@ def answered(commands: list[tuple[int, str, float]], cuts: Random | None, period
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.large(beyond=2)
-def test_splitting_the_calls_of_islands_or_adding_observers_changes_no_result(seed: int) -> None:
+def test_splitting_calls_to_islands_or_adding_observers_changes_no_result(seed: int) -> None:
     random = Random(seed)
     commands = [
         (random.randrange(SECOND, 5 * SECOND), random.choice("ab"), random.uniform(-1.0, 0.5)) for _ in range(6)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from heavylift.coordinator.participants import KernelNode, Session
+from heavylift.coordinator.participants import KernelNode, RowSink, Session
 from heavylift.coordinator.record import boxes
 from heavylift.coordinator.run import run
 from heavylift.kernel.islands import Islands
@@ -38,7 +38,7 @@ def scene(islands: str = "apart", end: float = END) -> LoadedScene:
 
 def simulated(islands: str = "apart") -> Simulation | Islands:
     plan = scene(islands).plan
-    session = Session(plan, lambda config: KernelNode(config, lambda batch: None), end=Tag(seconds(END)))
+    session = Session(plan, lambda config: KernelNode(config, RowSink()), end=Tag(seconds(END)))
     session.kernel._flush = lambda *least: None  # type: ignore[method-assign]
     session.advance()
     return session.kernel.simulation

@@ -51,7 +51,7 @@ def first_events(method: str, tolerance: float) -> list[int]:
 
 @pytest.mark.parametrize("method", IMPLICIT)
 @pytest.mark.large(beyond=2)
-def test_a_step_to_an_event_that_an_implicit_method_cannot_solve_is_repeated_in_shorter_steps(method, monkeypatch):
+def test_if_an_implicit_method_cannot_solve_a_step_to_an_event_it_tries_shorter_steps(method, monkeypatch):
     """Whatever the method: of eight attempts three are refused, and no event is lost."""
     times, refusals = first_events(method, IMPLICIT[method]), count()
     message = counted(monkeypatch, lambda: next(refusals) % 8 < 3)

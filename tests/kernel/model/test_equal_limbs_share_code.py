@@ -42,7 +42,7 @@ def accelerations(system, formulation, native):
 @pytest.mark.parametrize("native", [False, True])
 @pytest.mark.parametrize(("legs", "odd"), [(2, 0.0), (3, 0.0), (5, 0.1)])
 @pytest.mark.large(beyond=2)
-def test_equal_limbs_of_a_tree_share_code_and_move_as_in_the_whole_tree(legs, odd, native):
+def test_equal_limbs_of_a_tree_that_share_code_have_the_accelerations_of_another_formulation(legs, odd, native):
     got, want = (accelerations(spider(legs, odd), f, native) for f in ("recursive", "articulated"))
     assert np.abs(got - want).max() < SAME * np.abs(want).max()
 

@@ -34,7 +34,7 @@ def named(carried):
     return {name: set(r.indeterminate) for name, r in carried.items()}
 
 
-def test_three_equal_hinges_carry_thirds_and_all_are_marked_as_indeterminate():
+def test_each_of_three_equal_hinges_carries_a_third_and_is_marked_as_indeterminate():
     carried = asked(door())
     for hinge in carried.values():
         assert hinge.force[2] == pytest.approx(WEIGHT / 3.0, rel=SOLVED)
@@ -116,7 +116,7 @@ def hung(*places):
     return System((link("load", MASS),), (Joint("f", "free", WORLD, "load"),), rigid_ropes=ropes_at(*places), gravity=G)
 
 
-def test_three_ropes_in_a_plane_share_by_the_least_norm_and_three_in_a_triangle_are_determinate():
+def test_three_ropes_in_a_plane_share_the_load_by_the_least_norm_and_three_in_a_triangle_are_determinate():
     simulation = started(hung((-1.0, 0.0), (1.0, 0.0), (0.5, 0.0)), native=False)
     carried = reactions(simulation)
     places = np.array([[1.0, 1.0, 1.0], [-1.0, 1.0, 0.5]])

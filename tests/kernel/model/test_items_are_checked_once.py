@@ -19,7 +19,7 @@ def with_body(**changed: object) -> System:
     return replace(GOOD, bodies=(replace(ROD, **changed),))
 
 
-def test_variants_of_a_system_are_checked_only_where_they_differ(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_variants_of_a_system_are_validated_only_where_they_differ(monkeypatch: pytest.MonkeyPatch) -> None:
     check_description(GOOD)
     seen: list[str] = []
     plain = checks._check_item

@@ -5,7 +5,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import Played, play
 from heavylift.nodes.scene import parse
 
 CLOSE = 2e-2  # [s] at a tolerance of 1e-2, of methods that a cubic is not exact for
@@ -67,7 +67,9 @@ def swinging(start: float, level: float, how: dict[str, str | float]) -> Played:
 
 @pytest.mark.parametrize("how", HOW, ids=str)
 @pytest.mark.large(beyond=4)
-def test_a_threshold_passed_twice_within_one_step_begins_its_stage(how: dict[str, str | float]) -> None:
+def test_a_threshold_exceeded_only_within_one_integration_step_still_begins_its_stage(
+    how: dict[str, str | float],
+) -> None:
     random = Random(str(how))
     seen = 0
     for _ in range(6):

@@ -113,7 +113,7 @@ def test_a_start_pose_far_from_closing_is_refused(asked):
     assert "another branch or too far away to be meant" in message
 
 
-def test_assembly_refuses_or_reports_every_change_to_another_branch_of_a_linkage():
+def test_assembly_refuses_or_reports_every_change_to_another_assembly_mode_of_a_linkage():
     """Random start values: closed near them and told, or refused; where the crank is, the branch is the asked one."""
     random = np.random.default_rng(5)
     kept, refusals = 0, []

@@ -213,7 +213,7 @@ def test_densely_spaced_samples_lie_on_the_exact_trajectory():
         assert row[0] == pytest.approx(3.0 * t - G * t * t / 2, abs=1e-11)
 
 
-def test_the_reference_scene_gives_bit_identical_results_in_small_time_windows():
+def test_the_reference_scene_gives_bit_identical_results_with_short_time_grants():
     ends = []
     for cuts in (1, 30):
         s = started(goliath())

@@ -10,7 +10,7 @@ from random import Random
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.participants import KernelConfig, KernelNode
+from heavylift.coordinator.participants import KernelConfig, KernelNode, RowFrames
 from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, Stop, System, Threshold
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Event, Tag, encode, succ
@@ -108,7 +108,8 @@ def played(
     """What the kernel said, its sample rows and their times, under grants that end at `untils`."""
     batches: list[bytes] = []
     subscriptions = {name: ["boss"] for name in ("deep", "far", *heard)}
-    node = KernelNode(KernelConfig([scene(law, event_s)], G, 1e-8, 10_000_000, subscriptions), batches.append)
+    config = KernelConfig([scene(law, event_s)], G, 1e-8, 10_000_000, subscriptions)
+    node = KernelNode(config, RowFrames(batches.append))
     node.start()
     text, inputs = [], orders(second)
     for until in untils:

@@ -104,7 +104,9 @@ def test_an_fmu_continues_from_a_snapshot_or_reports_that_snapshots_are_not_supp
     simulator.start()
     simulator.run(ms(55))
     if not keeps:
-        with pytest.raises(ModelError, match=r"spring: no snapshot can be taken \(Spring.fmu cannot save its state\)"):
+        with pytest.raises(
+            ModelError, match=r"spring: no snapshot can be taken \(Spring.fmu does not support saving its state\)"
+        ):
             simulator.snapshot()
         return
     kept = simulator.snapshot()
@@ -119,7 +121,7 @@ def test_an_fmu_continues_from_a_snapshot_or_reports_that_snapshots_are_not_supp
 
 @pytest.mark.large(beyond=1)
 @pytest.mark.parametrize("late", [0, ms(3)])
-def test_the_digest_of_a_run_with_an_fmu_is_the_same_in_one_process_in_two_and_after_a_kill(
+def test_the_digest_of_a_run_with_an_fmu_does_not_depend_on_its_processes_or_on_lost_processes(
     unit, monkeypatch, late: int
 ) -> None:
     monkeypatch.syspath_prepend(HERE)

@@ -37,7 +37,7 @@ def test_a_one_shot_atomic_fires_once_and_a_passive_one_never() -> None:
     assert run(Shot(NEVER), 100) == []
 
 
-def test_an_atomic_with_period_2_makes_five_transitions_before_9() -> None:
+def test_an_atomic_with_period_2_makes_five_transitions_before_time_9() -> None:
     assert [t for t, _, _, _ in run(Generator("g", seconds(2), first=0), 9)] == [0, 2, 4, 6, 8]
 
 

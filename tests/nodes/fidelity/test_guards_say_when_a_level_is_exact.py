@@ -5,7 +5,8 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import at_level, play
+from heavylift.coordinator.ladder import at_level
+from heavylift.coordinator.record import play
 from heavylift.kernel.description import Point
 from heavylift.nodes.models.levels import exact, left_out
 from heavylift.nodes.plan import Fidelity, Plan, planar

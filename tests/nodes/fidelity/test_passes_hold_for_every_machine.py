@@ -11,7 +11,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, at_level, play
+from heavylift.coordinator.ladder import at_level
+from heavylift.coordinator.record import Played, play
 from heavylift.kernel import SceneError
 from heavylift.kernel.analysis import modes
 from heavylift.kernel.description import System
@@ -73,7 +74,7 @@ def given(plan: Plan, fidelity: Fidelity) -> Iterator[tuple[Mechanism, Fidelity]
 
 @pytest.mark.parametrize("name", LIFTS)
 @pytest.mark.large(beyond=DAILY)
-def test_each_model_level_pass_is_pure_and_idempotent(name: str) -> None:
+def test_each_pass_that_simplifies_a_machine_for_its_model_level_is_pure_and_idempotent(name: str) -> None:
     for fidelity in FIDELITIES:
         for machine, level in given(plan_of(name), fidelity):
             before = repr(machine)

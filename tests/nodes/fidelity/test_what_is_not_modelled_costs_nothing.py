@@ -71,7 +71,7 @@ def test_the_operations_of_an_evaluation_grow_equally_with_each_support():
     assert operations(standing) - operations(flying) == len(standing.supports) * (operations(one) - operations(flying))
 
 
-def test_a_locked_joint_costs_as_many_operations_as_a_body_made_in_one_piece():
+def test_a_body_of_two_parts_on_a_locked_joint_costs_as_many_operations_as_one_made_in_one_piece():
     apart, whole = arm("fixed"), arm(None)
     assert operations(apart) == operations(whole) < operations(arm("revolute"))
 

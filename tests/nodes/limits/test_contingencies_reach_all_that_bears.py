@@ -70,7 +70,7 @@ def test_contingencies_and_uncertain_inputs_count_together(crane: str, tmp_path:
         assert one[key] >= other[key] * (1 - CLOSE), key
 
 
-def test_a_stated_wind_is_held_against_the_limit_of_the_crane(crane: str, tmp_path: Path) -> None:
+def test_a_stated_wind_is_checked_against_the_limit_of_the_crane(crane: str, tmp_path: Path) -> None:
     text = begun(crane, tmp_path)
     for wind, state in ((1.0, "green"), (60.0, "red")):
         scene = parse(text, "made.yaml", [f"factors.wind={wind:g} m/s"])
@@ -99,7 +99,7 @@ def test_a_sling_that_is_hooked_to_other_lugs_later_counts_once() -> None:
         assert limit.rigging == 4 * 100.0
 
 
-def test_slings_below_a_frame_are_shared_by_its_hooks() -> None:
+def test_the_mass_of_slings_below_a_frame_is_shared_by_its_hooks() -> None:
     sets = [GEAR % 1000, "rigging.front.sling={gear: G}", "factors={weight: 1, cog factor: 1, wind: 0 m/s}"]
     rows = {(x.quantity, x.subject): x.rigging for x in load("spreader", sets).plan.limits if x.rigging}
     assert (
@@ -107,7 +107,7 @@ def test_slings_below_a_frame_are_shared_by_its_hooks() -> None:
     )
 
 
-def test_slings_and_shackles_count_at_hooks_and_on_the_ground() -> None:
+def test_the_mass_of_slings_and_shackles_counts_in_hook_loads_and_ground_pressure() -> None:
     """0.55 t on a hook with a block of 60 t and 3 t of its own; without them their mass is not checked."""
     sheet = "factors={{{}weight: 1, cog factor: 1, dynamics: included, wind: 0 m/s}}"
     with_, without, unknown = (load("crawler", [sheet.format(x)]) for x in ("rigging: 0.55 t, ", "rigging: 0 t, ", ""))
@@ -132,7 +132,7 @@ actions: [{all hooks: hoist 1 m/min until lifted}]
 """
 
 
-def test_design_loads_of_hooks_that_share_a_load_are_held_against_their_reduced_capacity() -> None:
+def test_design_loads_of_hooks_that_share_a_load_are_checked_against_their_reduced_capacity() -> None:
     """The capacity of each crane is divided by the tandem factor before the design load is compared with it."""
     sheet = "factors={{rigging: 0 t, weight: 1.1, cog factor: 1.1, dynamics: included, wind: 0 m/s, tandem: {}}}"
     plain, derated = (worst(parse(PAIR, "pair.yaml", [sheet.format(x)])) for x in (1.0, 1.25))

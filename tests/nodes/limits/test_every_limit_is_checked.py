@@ -111,7 +111,7 @@ def test_a_rope_over_sheaves_is_checked_by_its_most_loaded_part(tmp_path) -> Non
     assert "tension of ropes over sheaves between samples" in verdict.not_modelled
 
 
-def test_a_limit_without_anything_to_check_is_reported_as_a_fault_of_the_scene() -> None:
+def test_a_limit_on_a_quantity_that_the_scene_does_not_have_is_reported_as_a_fault() -> None:
     for key, value in (("clearance", "1 m"), ("off-lead along", "2 deg"), ("bridle", "50 deg")):
         with pytest.raises(SceneError, match=f"limits.{key}: this limit checks nothing: the scene has no hooks"):
             load("gust", [f"limits={{{key}: {value}}}"])

@@ -8,7 +8,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Point, System
 from heavylift.nodes.limits import BASES, PRACTICES, daf, tilted

@@ -16,8 +16,17 @@ from heavylift.nodes.plan import IN_WIND, Quantity as Limited
 from heavylift.nodes.scene import bundled, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
-PLACES = {"height": 1, "height difference": 2, "height over": 3, "radius": 2, "moment": 2, "use by place": 1, "gap": 8}
-PLACES |= {"place along": 1, "place across": 1}
+PLACES = {
+    "height": 1,
+    "height difference": 2,
+    "height over": 3,
+    "radius": 2,
+    "moment": 2,
+    "use by place": 1,
+    "gap": 8,
+    "overhang": 5,
+}
+PLACES |= {"place along": 1, "place across": 1, "overhang": 5}
 SHARES, LINES = (0.4, 0.6), (1, 1)
 GROUPS = {"track pressure": 3, "corner load": 3, "tipping": 3, "joint moment": 2, "starting moment": 2}  # of its frame
 PLACES |= {kind: frame + (8 if kind == "starting moment" else 2) + 4 for kind, frame in GROUPS.items()}
@@ -30,6 +39,7 @@ NUMBERS = {
     "moment": (1.0, 2.0, 5.0, 4.0, 2.0),
     "use by place": (0.1, 0.0, -3.0, 2.0, 1.0, 6.0),
     "gap": (1.0, 2.0, 0.5, 2.0, 1.0, 1.0),
+    "overhang": (2.0, 1.5),
     "pull": (0.3, 9.0),
     "reserve": (0.3, 9.0, 500.0),
     "place along": (4.0,),
@@ -58,7 +68,7 @@ def test_the_formula_of_a_signal_gives_equal_values_on_columns_and_at_single_ins
     assert columns.tolist() == each
 
 
-def test_each_limit_checks_signals_of_one_table_or_their_reductions() -> None:
+def test_every_quantity_with_a_limit_is_checked_on_signals_or_on_reductions_of_signals() -> None:
     assert set(KINDS.values()) <= set(ROWS)
     assert {*KINDS, *REDUCTIONS, *BASES, "signal", "interlock"} == {*get_args(Limited)} - {*OF_SHAPES, *WITHOUT}
     beyond = {quantity for quantity, reduction in REDUCTIONS.items() if reduction in ("ordered speed", "splash zone")}
@@ -94,7 +104,7 @@ def test_signals_of_limits_can_be_thresholds_and_are_evaluated_along_the_equilib
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_a_signal_has_equal_values_as_guard_in_samples_and_in_statics(
+def test_a_signal_has_the_same_value_as_a_guard_as_a_sample_and_in_statics(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over every type: a guard on the value that is read off the first sample has its zero there, and what the columns

@@ -147,7 +147,7 @@ def test_one_finding_shows_the_first_exceeded_sling_and_names_the_other_exceeded
     assert message.state == "red"
 
 
-def test_a_load_cell_beyond_its_limit_between_samples_is_red() -> None:
+def test_a_load_cell_beyond_its_limit_between_samples_gives_a_red_check() -> None:
     """The sum of three ropes is only sampled; the cell saw it pass its rated value."""
     built = bare("lift").plan
     rated = (900e3 + 75e3) * built.gravity

@@ -210,7 +210,7 @@ def test_a_four_leg_bridle_without_a_stated_load_sharing_gives_an_amber_check() 
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_bridles_of_every_crane_type_are_rated_as_an_assembly_or_their_load_sharing_is_asked_for(
+def test_bridles_of_every_crane_type_are_rated_as_an_assembly_or_a_check_asks_for_their_load_sharing(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

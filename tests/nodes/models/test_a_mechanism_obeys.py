@@ -46,7 +46,7 @@ def test_the_load_of_a_mechanism_is_lifted_off_its_two_supports() -> None:
     assert builder.said("commander.actions", Finished) == [(9.0, Finished())]
 
 
-def test_a_block_that_touches_one_of_its_supports_is_not_yet_landed() -> None:
+def test_a_block_that_touches_only_one_of_its_supports_has_not_landed_yet() -> None:
     down = a.Action(when=a.LandedCondition(model="rig"), orders=(move("rope", 0.1, by=1.0),))
     wait = a.Action(when=a.LiftedCondition(model="rig"), orders=())
     script = [(7.0 + i, StateEvent(name, "open", 0.0)) for i, name in enumerate(("left", "right"))]

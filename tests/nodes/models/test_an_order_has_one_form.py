@@ -18,7 +18,7 @@ def below(kind: type) -> list[type]:
     return [each for child in kind.__subclasses__() for each in (child, *below(child))]
 
 
-def test_commands_of_a_plan_are_carried_by_messages_of_type_order_only() -> None:
+def test_only_messages_of_type_order_carry_the_commands_of_a_plan() -> None:
     commands = {*get_args(ActorCommand)}
     carrying = {kind for kind in below(Message) if commands & {*get_args(hint_of(kind, "what"))}}
     assert carrying == {messages.Order}

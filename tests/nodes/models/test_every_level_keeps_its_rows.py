@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import load
 

@@ -126,7 +126,7 @@ def test_an_action_list_that_cannot_continue_reports_the_condition_that_does_not
     )
 
 
-def test_an_action_that_waits_for_moves_reports_the_wait_order_that_is_not_done() -> None:
+def test_a_stage_that_waits_for_moves_reports_the_unfinished_wait_of_the_previous_action() -> None:
     first = Action(orders=(Wait(seconds=1200.0),), where=LINE)
     builder = Yard(turnover(first, Action(when=MovesDone(), orders=(), where=LINE))).run(60.0)
     assert builder.waiting_for() == f"still waiting for moves done (wait until 1200 s) since 0 s, {LINE}"

@@ -49,7 +49,7 @@ def test_the_scene_turnover_has_ten_coupled_models_with_nineteen_bodies_and_54_d
     assert (len(mechanics.supports), len(mechanics.drives), len(mechanics.masters)) == (8, 6, 1)
 
 
-def test_each_model_of_a_joint_or_body_has_its_atomic_model_and_its_actors() -> None:
+def test_the_coupled_model_of_each_joint_or_body_contains_one_atomic_model_and_its_actors() -> None:
     models = [m for model in build(turnover(TURN)).values() for m in below(model)]
     for kind, atomic, count in ((JointCoupled, JointAtomic, 19), (BodyCoupled, BodyAtomic, 19)):
         found = [m for m in models if isinstance(m, kind)]

@@ -104,7 +104,7 @@ SPACE = f"""<mujoco>{G}<worldbody><site name="a" pos="0.05 0.3 0"/><geom name="b
 
 
 @pytest.mark.parametrize("text", [planar_arm(1, ""), around_a_cylinder(1, "<freejoint/>")])
-def test_mujoco_tendons_that_wrap_otherwise_in_some_poses_are_listed_as_not_converted(text, tmp_path):
+def test_mujoco_tendons_that_wrap_differently_in_some_poses_are_listed_as_not_converted(text, tmp_path):
     (tmp_path / "t.xml").write_text(text)
     found = from_mujoco(tmp_path / "t.xml")
     assert not found.system.reevings

@@ -59,7 +59,7 @@ def test_a_turn_is_refused_if_all_slings_of_the_block_pull_along_one_line() -> N
 
 def test_a_turn_is_refused_if_one_trolley_has_to_be_at_two_places() -> None:
     lugs = half("B") | {"loader-2.sling-1": "B+16", "loader-2.sling-2": "B+20"}
-    with pytest.raises(ModelError, match=r"^the hooks on west.upper carry lugs at different"):
+    with pytest.raises(ModelError, match=r"^the hooks on west.upper hold lugs at different"):
         laws(turnover(), lugs)
 
 

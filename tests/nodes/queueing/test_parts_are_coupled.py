@@ -73,7 +73,7 @@ def test_an_entity_that_arrives_at_a_full_queue_is_lost() -> None:
     assert left(server, entities(0, 0, 0)) == [(10.0, 0), (20.0, 1)]
 
 
-def test_a_queue_with_a_pulling_server_acts_like_the_queue_of_a_server() -> None:
+def test_a_queue_that_feeds_a_pulling_server_acts_like_the_built_in_queue_of_a_server() -> None:
     def build(pulling: bool) -> Coupled:
         net = Coupled("net")
         source, sink = net.add(Source("source", Exponential(1.1))), net.add(Sink("sink"))

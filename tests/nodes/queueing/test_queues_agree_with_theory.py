@@ -170,7 +170,7 @@ def test_the_mean_number_of_broken_machines_agrees_with_queueing_theory() -> Non
     check(build, {"net.broken.number": broken})
 
 
-def test_the_availability_of_units_is_their_share_of_time_between_failures() -> None:
+def test_the_availability_of_units_is_the_mean_time_between_failures_over_that_time_plus_the_repair_time() -> None:
     def build(seed: int) -> Coupled:
         failures = Failures(Exponential(50.0), Erlang(3, 10.0))
         return line(

@@ -60,7 +60,7 @@ ASKED = """
 import sys
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.scene import json_schema, parse
-from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.record.in_memory import play
 
 text = sys.stdin.read()
 try:
@@ -112,7 +112,7 @@ def _answer(copy: Path, scene: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_a_scene_reads_and_runs_a_new_force(copy: Path) -> None:
+def test_a_newly_added_force_is_read_from_a_scene_and_acts_in_its_run(copy: Path) -> None:
     made, speed, keys = _answer(copy, SCENE)
     assert made.startswith("EddyBrake(name='retarder', joint='hinge', largest=400.0, critical=12.2")
     assert "d=2.0" in made
@@ -136,7 +136,9 @@ def test_a_scene_reads_and_runs_a_new_force(copy: Path) -> None:
         ("eddy brake", "eddy break", "'eddy break' is not known here"),
     ],
 )
-def test_faults_in_a_new_force_are_reported_with_their_line(copy: Path, old: str, new: str, sentence: str) -> None:
+def test_faults_in_a_new_force_are_reported_with_their_line_in_the_scene(
+    copy: Path, old: str, new: str, sentence: str
+) -> None:
     message = _answer(copy, SCENE.replace(old, new))[0:-1]
     assert any(sentence in line and line.partition(":")[0] for line in message), message
 

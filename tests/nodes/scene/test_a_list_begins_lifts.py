@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import run
 from heavylift.coordinator.transport import Placement
 from heavylift.kernel import ModelError, SceneError
@@ -74,7 +74,7 @@ def test_a_lift_begins_when_another_lift_reaches_a_position_or_is_done(folder: P
     assert events[-1].t * 1e-9 >= stages["c: out"] + 6.0
 
 
-def test_a_lift_started_by_the_list_of_another_moves_as_alone_with_a_time_shift(folder: Path, tmp_path: Path) -> None:
+def test_a_lift_started_by_another_action_list_moves_as_if_alone_but_later(folder: Path, tmp_path: Path) -> None:
     played = play(load(of(folder)).plan)
     names = {e.type for e in played.events}
     assert not names & {Begun.__name__, Ended.__name__}, "lists talk to each other inside their node"
@@ -116,7 +116,7 @@ def test_a_run_reports_what_its_action_lists_wait_for(folder: Path) -> None:
         ("  a: {", "  all: {", "a lift cannot be called 'all'"),
     ],
 )
-def test_impossible_conditions_to_begin_a_lift_are_reported_with_their_line(
+def test_impossible_conditions_to_begin_a_lift_are_reported_with_their_line_in_the_scene(
     folder: Path, old: str, new: str, sentence: str
 ) -> None:
     with pytest.raises(SceneError) as message:

@@ -31,7 +31,7 @@ def test_a_straight_line_through_a_box_is_detected(
 
 
 @pytest.mark.parametrize("face", [-5.0, -4.3, -16.0])
-def test_a_sling_through_the_block_to_a_lug_below_is_refused_with_its_line(face: float) -> None:
+def test_a_sling_through_the_block_to_a_lug_below_is_refused_with_its_line_in_the_scene(face: float) -> None:
     text = LIFT.replace("R1: [-2 m, 6 m, 4.3 m]", f"R1: [-2 m, 6 m, {face} m]")
     text = text.replace("R2: [2 m, 6 m, 4.3 m]", f"R2: [2 m, 6 m, {face} m]")
     with pytest.raises(SceneError) as error:
@@ -100,7 +100,9 @@ mechanism:
         ("size: [20 m, 16 m, 8 m]", "com: [0 m, 0 m, -4.5 m]\n  size: [20 m, 16 m, 8 m]", "is 0.5 m outside the block"),
     ],
 )
-def test_lugs_and_centres_of_mass_off_the_block_are_red_with_their_line(old: str, new: str, told: str) -> None:
+def test_lugs_and_centres_of_mass_off_the_block_give_a_red_finding_with_their_line_in_the_scene(
+    old: str, new: str, told: str
+) -> None:
     text = LIFT.replace(old, new).replace("slack: 50 mm", "slack: 1.5 m").replace("sling: 10 m", "sling: 12 m")
     scene = parse(text)
     (found,) = geometry_findings(scene.plan)

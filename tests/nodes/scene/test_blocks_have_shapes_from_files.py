@@ -127,7 +127,7 @@ def test_a_mesh_is_drawn_as_twelve_boxes_that_contain_its_surface(tmp_path: Path
         ("../hull.stl", "mass: 60 t", "is outside of the scene's folder"),
     ],
 )
-def test_an_invalid_mesh_is_refused_in_a_sentence(tmp_path: Path, shape: str, more: str, told: str) -> None:
+def test_an_invalid_mesh_is_refused_in_one_sentence(tmp_path: Path, shape: str, more: str, told: str) -> None:
     """With the place in the scene."""
     mesh = hull()
     trimesh.Trimesh(mesh.vertices, mesh.faces[1:]).export(tmp_path / "open.stl")
@@ -201,7 +201,7 @@ def test_a_broken_mesh_file_ends_with_a_one_sentence_error(tmp_path: Path, file:
 
 
 @pytest.mark.parametrize("kind", ["stl", "glb", "gltf"])
-def test_a_corrupted_mesh_file_is_read_or_refused_in_a_sentence(tmp_path: Path, kind: str) -> None:
+def test_a_corrupted_mesh_file_is_read_or_refused_in_one_sentence(tmp_path: Path, kind: str) -> None:
     """Cut, or with bytes of others: whatever the library raises, its words are not shown."""
     whole = gltf(BOX) if kind == "gltf" else BOX.export(file_type=kind)
     random = Random(kind)

@@ -87,7 +87,7 @@ def test_matrices_are_read_from_files_next_to_the_scene(tmp_path: Path, form: st
         ),
     ],
 )
-def test_faults_of_flexible_bodies_are_reported_with_their_line(old: str, new: str, told: str) -> None:
+def test_faults_of_flexible_bodies_are_reported_with_their_line_in_the_scene(old: str, new: str, told: str) -> None:
     assert old in SCENE
     with pytest.raises(SceneError) as e:
         parse(SCENE.replace(old, new))

@@ -116,7 +116,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("old", "new", "told"), BAD)
-def test_faults_of_forces_are_reported_with_their_line(written, old, new, told):
+def test_faults_of_forces_are_reported_with_their_line_in_the_scene(written, old, new, told):
     with pytest.raises(SceneError) as e:
         load(str(written((old, new))))
     sentence = str(e.value)

@@ -7,7 +7,7 @@ from random import Random
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Point
 from heavylift.nodes.scene import LoadedScene, parse

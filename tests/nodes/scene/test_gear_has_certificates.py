@@ -18,7 +18,7 @@ def rows(name: str, *settings: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("name", ITEMS)
-def test_a_certificate_is_checked_at_the_date_of_the_project(name: str) -> None:
+def test_the_certificate_of_lifting_gear_is_checked_at_the_date_of_the_project(name: str) -> None:
     first, *others = ITEMS[name]
     fresh = [f"gear.{x}.certificate={TODAY.isoformat()}" for x in others]
     for days, open_ in ((0, False), (365, False), (367, True), (3000, True)):

@@ -134,7 +134,7 @@ def _diagonal(x):
     return ((float(x[0]), 0.0, 0.0), (0.0, float(x[1]), 0.0), (0.0, 0.0, float(x[2])))
 
 
-def test_an_impossible_inertia_of_a_lifted_block_is_reported_at_its_line():
+def test_an_impossible_inertia_of_a_lifted_block_is_reported_at_its_line_in_the_scene():
     with pytest.raises(SceneError) as e:
         parse("heavylift: 1\nname: l\nextends: lift\nblock: {inertia: [0, 0, 1 t m2]}\n")
     assert str(e.value).startswith("scene.yaml:4:18: error: block.inertia: body 'block': its principal moments")

@@ -170,7 +170,7 @@ def lines(old: str, new: str) -> list[str]:
         ("position of ram.travel", "position of ram", "there is no 'ram' with position"),
     ],
 )
-def test_faults_of_a_joint_are_reported_with_their_line(old, new, told):
+def test_faults_of_a_joint_are_reported_with_their_line_in_the_scene(old, new, told):
     found = lines(old, new)
     assert any(told in line for line in found), found
 

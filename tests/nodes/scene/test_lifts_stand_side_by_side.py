@@ -6,8 +6,8 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder import play
 from heavylift.coordinator.live import STOP, TimedCommand
+from heavylift.coordinator.record import play
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.verify import verify
@@ -151,7 +151,7 @@ def test_an_operator_command_moves_one_of_several_lifts_and_the_stop_command_end
         ("samples: 5 Hz", "models: {}", "models: a scene of several lifts has nothing else"),
     ],
 )
-def test_lifts_that_cannot_be_combined_in_a_scene_are_reported_with_their_line(
+def test_lifts_that_cannot_be_combined_are_reported_with_their_line_in_the_scene(
     old: str, new: str, sentence: str
 ) -> None:
     assert old in TEXT

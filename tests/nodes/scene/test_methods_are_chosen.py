@@ -55,7 +55,7 @@ def test_settings_override_the_integration_method_of_the_scene():
         ),
     ],
 )
-def test_faults_of_integration_settings_are_reported_with_their_line(keys: str, sentence: str):
+def test_faults_of_integration_settings_are_reported_with_their_line_in_the_scene(keys: str, sentence: str):
     with pytest.raises(SceneError, match=rf"(?s){sentence}"):
         parse(SCENE.format(keys))
 

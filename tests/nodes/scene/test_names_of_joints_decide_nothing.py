@@ -6,7 +6,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.kernel import HeavyliftError
 from heavylift.nodes.scene import parse
 

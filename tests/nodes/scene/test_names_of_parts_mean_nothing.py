@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Played, play
-from heavylift.coordinator.record import boxes
+from heavylift.coordinator.record import Played, boxes, play
 from heavylift.nodes.scene import load
 from heavylift.nodes.scene.text import expand, read
 from heavylift.nodes.scenes import bundled, frames_folder

@@ -21,7 +21,7 @@ UNITS = [
 
 
 @pytest.mark.parametrize(("dimension", "unit"), UNITS)
-def test_quantities_with_any_unit_are_refused_beyond_their_bounds(dimension: Dimension, unit: str) -> None:
+def test_quantities_beyond_their_bounds_are_refused_in_any_unit(dimension: Dimension, unit: str) -> None:
     for text in ("1e-320", "1e-400", "4.9e-324", "-1e-99", "1e-99999999999"):
         with pytest.raises(ValueError, match=r"smaller than 1e-30|out of range"):
             dimension.read(f"{text} {unit}".strip())
@@ -42,7 +42,7 @@ def _spoiled(value: str) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("value", ["1e-320", "1e308"])
-def test_quantities_under_any_key_are_refused_beyond_their_bounds(value: str) -> None:
+def test_quantities_beyond_their_bounds_are_refused_under_any_key(value: str) -> None:
     scenes = list(_spoiled(value))
     assert len(scenes) > 20
     for text in scenes:
@@ -50,7 +50,7 @@ def test_quantities_under_any_key_are_refused_beyond_their_bounds(value: str) ->
             loading.parse(text)
 
 
-def test_numbers_of_a_kernel_system_are_refused_beyond_their_bounds() -> None:
+def test_numbers_of_a_kernel_system_beyond_their_bounds_are_refused() -> None:
     rail = Joint("j", "prismatic", "world", "b")
     from heavylift import simulate
 

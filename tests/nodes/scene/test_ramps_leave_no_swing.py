@@ -7,7 +7,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.kernel import SceneError
 from heavylift.nodes.models.parts import Done
 from heavylift.nodes.plan import Move, profile, ramp, residual, way

@@ -62,7 +62,7 @@ def test_a_rigid_rope_has_a_length_but_no_stiffness():
         ("length: 18 m", "length: 4 m", "14:15: .*4 m of rope is not between 5 and 80 m"),
     ],
 )
-def test_mistakes_in_rigid_ropes_are_reported_with_their_line(old, new, told):
+def test_mistakes_in_rigid_ropes_are_reported_with_their_line_in_the_scene(old, new, told):
     assert SCENE.count(old) == 1
     with pytest.raises(SceneError) as e:
         parse(SCENE.replace(old, new))

@@ -49,6 +49,6 @@ def test_a_parameter_that_depends_on_itself_is_refused():
 
 @pytest.mark.parametrize("name", sorted(bundled()))
 @pytest.mark.large(beyond=8)
-def test_an_expression_for_gravity_gives_the_plan_of_its_value_in_any_bundled_scene(name: str):
+def test_gravity_given_by_an_expression_gives_the_plan_of_its_value_in_any_bundled_scene(name: str):
     plain = load(name, ["gravity=8 m/s2"]).plan
     assert load(name, ["parameters.g=4 m/s2", "gravity==2*g"]).plan == plain

@@ -22,7 +22,7 @@ SAME: list[tuple[tuple[Any, ...], dict[str, Any]]] = [
 
 
 @pytest.mark.parametrize(("given", "named"), SAME)
-def test_all_ways_to_give_settings_in_python_give_the_same_plan(given: tuple[Any, ...], named: dict[str, Any]) -> None:
+def test_all_forms_of_settings_in_python_give_the_same_plan(given: tuple[Any, ...], named: dict[str, Any]) -> None:
     assert load("lift", *given, **named).plan == load("lift", ["block.mass=280 t"]).plan
     assert load("lift").plan != load("lift", *given, **named).plan
 

@@ -154,7 +154,7 @@ def tensions(text: str) -> list[float]:
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.3])
-def test_a_rope_over_an_edge_on_a_third_body_has_the_tension_of_one_over_an_edge_on_the_wall(aside: float) -> None:
+def test_the_tension_of_a_rope_over_an_edge_on_a_third_body_equals_that_over_an_edge_on_the_wall(aside: float) -> None:
     """A rope from a wall over a pier to its load hangs as one over the wall does, wherever the pier stands."""
     ends = "from: [{0} m, -1 m, {1} m], to: [{0} m, 1 m, {1} m]"
     own = ROPE.replace("from: [0, -1 m, 0], to: [0, 1 m, 0]", ends.format(aside, 0))
@@ -235,7 +235,7 @@ def test_a_hook_rope_bends_over_a_sill_and_leaves_it() -> None:
     assert ends[3].poses["hall.main"][0] == pytest.approx((0.0, 8.0, 20.0 - long), abs=1e-6), "free again"
 
 
-def test_a_hook_rope_over_an_edge_is_modelled_as_one_line() -> None:
+def test_a_hook_rope_over_an_edge_with_keys_for_several_lines_is_refused() -> None:
     with pytest.raises(SceneError, match="a hook rope over edges is one line: remove 'drum' and 'apart'"):
         parse(SILL.replace("apart: 0 m, ", ""), passing=True)
 

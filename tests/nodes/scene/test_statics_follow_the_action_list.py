@@ -60,7 +60,7 @@ def test_a_stated_end_time_before_the_end_of_the_action_list_gives_a_red_finding
     assert not [f for f in load("lift").findings if f.quantity == "cut"], "its last wait goes on until the end"
 
 
-def test_a_stage_that_waits_for_a_condition_that_already_holds_is_red():
+def test_a_stage_that_waits_for_a_condition_that_already_holds_gives_a_red_finding():
     scene = lift("  - stage: again\n    all hooks: hoist 0.3 m/min until lifted\n")
     (message,) = [f for f in scene.findings if f.quantity == "stage"]
     assert (message.word, message.subject) == ("red", "again")

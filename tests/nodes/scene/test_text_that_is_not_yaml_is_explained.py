@@ -75,7 +75,7 @@ MISTAKES: list[Callable[[list[str], random.Random], tuple[int, str] | None]] = [
 
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake.__name__)
-def test_a_yaml_mistake_in_any_bundled_scene_is_reported_at_its_line(
+def test_a_yaml_mistake_in_any_bundled_scene_is_reported_at_its_line_in_the_scene(
     mistake: Callable[..., tuple[int, str] | None],
 ) -> None:
     draw, tried = random.Random(mistake.__name__), 0

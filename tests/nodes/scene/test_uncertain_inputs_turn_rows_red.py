@@ -8,7 +8,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.nodes.plan import RatedLimit, Use
 from heavylift.nodes.scene import LoadedScene, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library

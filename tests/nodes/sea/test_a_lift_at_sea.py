@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import Beginning, run
 from heavylift.coordinator.run.resume import resume
 from heavylift.coordinator.sweeps import SeedRun, SeedsVerdict, replicated, verdict_of_seeds
@@ -71,7 +71,7 @@ def test_an_interrupted_run_at_sea_continues_from_its_recording(digest: str, tmp
     assert resume(cut, Beginning.of(cut), in_process=True).digest == digest
 
 
-def test_a_single_seed_of_a_sea_does_not_make_a_verdict_green() -> None:
+def test_a_single_realisation_of_a_random_sea_gives_an_amber_check() -> None:
     (row,) = [x for x in checks_of(lift().plan, [], [], None, []) if x.quantity == "sea state"]
     assert (row.state, row.why) == ("amber", "not checked")
     assert row.sentence.startswith(

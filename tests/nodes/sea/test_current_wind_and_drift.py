@@ -73,6 +73,27 @@ def test_a_beam_wind_pushes_a_moored_barge_sideways_and_turns_it() -> None:
     assert yaw == pytest.approx(0.02 * pressure * LENGTH / 4e8, rel=0.05)
 
 
+@pytest.mark.parametrize(("of", "height", "force"), [("wind", 9.0, 0.5 * 1.225 * 15.0**2), ("current", -2.0, 512.5)])
+def test_a_beam_stream_heels_a_barge_by_its_force_times_height_over_the_righting_moment(of, height, force):
+    """W GM phi = F h with GM of roll: the moorings hold at the waterline; without a height, that is an amber check."""
+    stream = (STREAM % of).replace("length: 110 m,", f"length: 110 m, height: {height} m,")
+    flow = {
+        "wind": "wind: {speed: 15 m/s, direction: [0, 1, 0]}",
+        "current": "current: {speed: 1 m/s, heading: 90 deg}",
+    }
+    text = SCENE % (flow[of], "0 deg", "barge-110", stream)
+    s = Simulation(system(parse(text).plan), 1e-8)
+    s.start()
+    roll = 2.0 * float(equilibrium(s).q[3])
+    GM = 19.33333 - 2.0
+    assert roll == pytest.approx(-0.9 * AREA * force * height / (14432e3 * 9.80665 * GM), rel=2e-3)
+    assert unchecked(parse(text)) == []
+    without = parse(SCENE % (flow[of], "0 deg", "barge-110", STREAM % of))
+    assert unchecked(without) == [
+        f"inputs of heel of barge by {of}: not included; give the 'height' of 'floating: {{{of}: ...}}'"
+    ]
+
+
 def test_the_wind_force_on_a_barge_has_the_speed_history_of_the_gusts() -> None:
     gusts = "wind: {speed: 5 m/s, direction: [1, 0, 0], gusts: [[0 s, 5 m/s], [10 s, 20 m/s]]}"
     plan = parse(SCENE % (gusts, "0 deg", "barge-110", STREAM % "wind")).plan
@@ -121,7 +142,7 @@ def test_the_mean_offset_of_a_moored_barge_in_a_regular_wave_is_drift_force_over
 
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("bow", [0.0, 25.0])
-def test_drift_force_in_an_irregular_sea_is_the_sum_of_newman_over_pairs_of_waves(
+def test_drift_force_in_an_irregular_sea_agrees_with_newmans_sum_over_pairs_of_waves(
     drifting: Path, side: int, bow: float
 ) -> None:
     """The signal in surge, sway and yaw at some instants against the double sum, from either side of the hull."""

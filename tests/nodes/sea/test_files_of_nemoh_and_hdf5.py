@@ -125,7 +125,7 @@ def test_the_file_hash_and_the_water_depth_of_nemoh_data_are_recorded(tmp_path: 
 
 
 BAD = {
-    "bodies": "one body is needed that turns about one point",
+    "bodies": "compute one body, with all rotations about one point",
     "irf": "IRF.tec: .*impulse responses",
     "Results/ExcitationForce.tec": "its zones are missing or differ in size",
     "Mesh/KH.dat": "it is not a matrix for six motions",

@@ -94,14 +94,14 @@ def test_volume_and_centres_of_a_hull_are_read_from_the_output_of_wamit(tmp_path
     assert other.buoyancy == (0.5, 0.0, -2.0)
     assert (other.volume, other.metacentres) == (found.volume, found.metacentres)
     path.with_suffix(".out").write_text("\n".join(rows[:2]))
-    with pytest.raises(SceneError, match=r"barge.out: it needs volume, centres and places"):
+    with pytest.raises(SceneError, match=r"barge.out: it must give volume, centres and position"):
         hull_of(path, length=LENGTH)
 
 
 MISSING = {
     "barge.3": ("", "its rows need at least 7 numbers"),
-    "barge.1": ("6 1 1 0.2 0.1", "it has no infinite frequency, whose added mass is needed: period 0"),
-    "barge.hst": ("7 7 1", "it has modes beyond the 6 of its hulls"),
+    "barge.1": ("6 1 1 0.2 0.1", "the added mass at infinite frequency is missing; compute period 0"),
+    "barge.hst": ("7 7 1", "it has more than 6 modes"),
 }
 
 

@@ -139,7 +139,7 @@ def test_a_vessel_that_floats_deeper_than_its_data_is_refused():
 
 
 @pytest.mark.parametrize("waves", ["height: 1 m, period: 2 s", "seas: {s: {Hs: 1 m, Tp: 3 s}}"])
-def test_waves_beyond_the_frequencies_of_a_hull_are_refused_with_their_share(waves: str) -> None:
+def test_waves_are_refused_with_the_share_of_energy_outside_the_frequencies_of_the_hull_data(waves: str) -> None:
     """The file has data up to 2.6 rad/s; half of the energy of a sea is above its mean period."""
     with pytest.raises(SceneError, match=r"\d+% of the energy .* 0.1 to 2.6 rad/s, more than 5%; data from .* enough"):
         parse(scene(waves))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.nodes.scene import parse
 from heavylift.nodes.scenes import vessels_folder
 from heavylift.nodes.sea import Hydrodynamics, extreme, jonswap, read_hydrodynamics

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Ladder, ModelLevel, at_level, play
+from heavylift.coordinator.ladder import Ladder, ModelLevel, at_level
+from heavylift.coordinator.record import play
 from heavylift.kernel.description import Bushing, Radiation
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
@@ -81,7 +82,7 @@ def test_leaving_out_radiation_memory_changes_heave_in_an_irregular_sea_by_less_
 
 def test_the_model_level_without_radiation_memory_is_compared_only_for_vessels_in_waves() -> None:
     sea = Ladder(plan(SEA))
-    assert [x.water for x in sea.compared] == ["one frequency", "memory"]
+    assert [x.water for x in sea.compared] == ["motion given", "one frequency", "memory"]
     assert ModelLevel(at_level(plan(SEA), FLAT)).level == "as it is written, water at one frequency"
     assert sea.witnesses(FLAT) == [sea.full[-1]]
     assert "one frequency" not in {x.water for x in sea.plausible}

@@ -16,7 +16,7 @@ def known(draws: np.random.Generator, m: int) -> StateSpace:
 
 
 @pytest.mark.parametrize("m", [1, 3, pytest.param(12, marks=pytest.mark.large)])
-def test_a_known_radiation_memory_function_is_fitted_alike_in_both_directions(m: int) -> None:
+def test_a_radiation_memory_function_is_fitted_equally_well_in_all_pairs_of_directions(m: int) -> None:
     """Every damping and added mass to 2 % of its modes' largest, the lower triangle included."""
     draws, w = np.random.default_rng(m), np.arange(0.1, 3.0, 0.1)
     K = known(draws, m).memory(w)

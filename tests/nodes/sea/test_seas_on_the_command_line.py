@@ -80,3 +80,10 @@ def test_options_that_do_not_suit_the_kind_of_hull_data_are_refused(here: Path, 
     done = CliRunner().invoke(app, ["hull", "x.nc", *option.split()])
     assert done.exit_code
     assert f"take no {option.split()[0]}" in str(done.exception)
+
+
+@pytest.mark.parametrize("option", [["--gap-damping", "0.05"], ["--gap-source", "a model test"]])
+def test_a_gap_damping_without_its_source_is_refused_and_a_source_alone_too(here: Path, option: list[str]) -> None:
+    done = CliRunner().invoke(app, ["hull", "x.nc", *option])
+    assert done.exit_code
+    assert "--gap-damping needs --gap-source" in str(done.exception)

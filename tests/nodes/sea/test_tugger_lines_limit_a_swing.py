@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
-from heavylift.coordinator.record import RopeLines
+from heavylift.coordinator.record import RopeLines, play
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import uses_on_path
 from heavylift.nodes.models import system

@@ -14,8 +14,19 @@ from heavylift.kernel import SceneError
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.limits import checks_of
 from heavylift.nodes.models import system
+from heavylift.nodes.plan import Fidelity
 from heavylift.nodes.scene import load
-from heavylift.nodes.sea import Coefficients, Hydrodynamics, StateSpace, capytaine, hull_of, wamit
+from heavylift.nodes.sea import (
+    Coefficients,
+    Hydrodynamics,
+    StateSpace,
+    capytaine,
+    drift_of,
+    hull_of,
+    wamit,
+    with_drift,
+    with_gap_damping,
+)
 from scipy.io import netcdf_file
 
 DATA = Path(__file__).parents[2] / "data" / "two-barges.nc"
@@ -25,7 +36,7 @@ DAMPING = [4e5, 4e5, 0.0, 0.0, 0.0, 4e7]
 MOORINGS = [1e5, 1e5, 0.0, 0.0, 0.0, 1e8], [5e4, 5e4, 0.0, 0.0, 0.0, 2e7]
 SIZES, HEIGHTS = np.array([[60.0, 20.0, 6.0], [36.0, 14.0, 4.0]]), (1.0, 0.0)
 PLACES = np.array([[5.0, -4.0], [5.0 - BESIDE * np.sin(BOW), -4.0 + BESIDE * np.cos(BOW)]])
-CLOSE = 5e-3  # of the largest motion of a kind: what waves of 2 cm move that is not linear
+CLOSE = 5e-3  # of the largest motion of a kind: what waves of 2 cm move that is not linear, and g of the file
 LONG = 0.1  # [rad] of phase that the longest wave in the file is not yet still water
 FITTED = 0.05  # the same, by the error of the radiation fit: 2 % of the largest coefficient of each mode
 RESONANCE = 1.1  # [rad/s] of the gap, where motions miss more: coefficients are small beside their largest
@@ -127,18 +138,23 @@ def answer(w: float, radiation: np.ndarray, X: np.ndarray) -> np.ndarray:
     return 0.01 * np.exp(-1j * delay) * np.linalg.solve(Z, X).reshape(2, 6)
 
 
-@pytest.mark.parametrize("w", [0.8, RESONANCE, pytest.param(0.5, marks=pytest.mark.large)])
-def test_two_hulls_in_a_wave_move_as_their_coupled_equations_predict(tmp_path: Path, pair: Hydrodynamics, w: float):
-    """With the fitted memory to 0.5 %, with the coefficients of the file to the error of the fit; alone they would move
-    differently; the energy account closes."""
-    found, s = motions(placed(tmp_path, pair, text(w)), w)
-    _, X = raw(w)
+def fitted_answer(pair: Hydrodynamics, w: float, X: np.ndarray | None = None) -> np.ndarray:
+    """Motions (2, 6) with the fitted memory."""
     of, second = pair.radiation, pair.beside
     assert second
     K = StateSpace(np.array(of.F), np.concatenate([of.G, second.hull.radiation.G], axis=1)).memory(np.array([w]))[0]
     A_inf = np.block([[np.array(pair.added_mass), np.array(second.added_mass).T],
                       [np.array(second.added_mass), np.array(second.hull.added_mass)]])  # fmt: skip
-    want, theirs = answer(w, -w * w * A_inf + 1j * w * K, X), answer(w, *raw(w))
+    return answer(w, -w * w * A_inf + 1j * w * K, raw(w)[1] if X is None else X)
+
+
+@pytest.mark.parametrize("w", [0.8, RESONANCE, pytest.param(0.5, marks=pytest.mark.large)])
+def test_two_hulls_in_a_wave_move_as_their_coupled_equations_predict(tmp_path: Path, pair: Hydrodynamics, w: float):
+    """With the fitted memory to 0.5 %, with the coefficients of the file to the error of the fit; alone they would move
+    differently; the energy account closes."""
+    found, s = motions(placed(tmp_path, pair, text(w)), w)
+    X = raw(w)[1]
+    want, theirs = fitted_answer(pair, w), answer(w, *raw(w))
     Z, alone = raw(w)[0], np.kron(np.eye(2), np.ones((6, 6)))
     apart = answer(w, Z * alone, X)
     for kind in (slice(0, 3), slice(3, 6)):
@@ -155,6 +171,22 @@ def test_two_hulls_in_a_wave_move_as_their_coupled_equations_predict(tmp_path: P
     start.start()
     first, last = (float(x.kinetic + x.potential + sum(x.stored)) for x in (start.row(), row))
     assert abs(last + gained - first) < 1e-6 * works
+
+
+MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+@pytest.mark.parametrize("w", [0.5, 0.8, RESONANCE])
+def test_given_motions_of_two_hulls_are_those_of_their_coupled_equations(
+    tmp_path: Path, pair: Hydrodynamics, w: float
+) -> None:
+    plan = load(placed(tmp_path, pair, text(w))).plan
+    given = system(msgspec.structs.replace(plan, fidelity=Fidelity(water="motion given")))
+    want, waves = fitted_answer(pair, w), {drive.name: drive.wave for drive in given.drives}
+    for name, each in zip(("big", "small"), want, strict=True):
+        found = np.array([(x := waves[f"{name}.{m}.drive"]).amplitude * np.exp(1j * x.phase) for m in MODES])
+        for kind in (slice(0, 3), slice(3, 6)):
+            assert found[kind] == pytest.approx(each[kind], abs=CLOSE * np.abs(each[kind]).max())
 
 
 def test_hulls_without_waves_between_them_move_as_two_single_vessels(tmp_path: Path, pair: Hydrodynamics) -> None:
@@ -232,7 +264,7 @@ def test_files_of_wamit_and_capytaine_of_two_hulls_give_the_same_coefficients(tm
         assert (one.volume, one.height, *one.at) == pytest.approx((two.volume, two.height, *two.at), rel=1e-6)
         assert one.buoyancy == pytest.approx(two.buoyancy, abs=1e-6)
     (tmp_path / "two.out").unlink()
-    with pytest.raises(SceneError, match=r"two hulls need the file \.out"):
+    with pytest.raises(SceneError, match=r"for two hulls, add the file \.out"):
         wamit(tmp_path / "two.1", 3600.0, 0.0, 10.0)
 
 
@@ -268,9 +300,69 @@ def test_pairs_of_vessels_that_do_not_fit_their_hull_data_are_refused(
         load(placed(tmp_path, pair, text().replace(old, new)))
 
 
-def test_wave_interaction_of_two_hulls_with_shared_data_is_not_reported_as_not_checked(
+def test_wave_interaction_of_two_hulls_with_shared_data_is_not_listed_as_unchecked(
     tmp_path: Path, pair: Hydrodynamics
 ) -> None:
     both = checks_of(load(placed(tmp_path, pair, text())).plan, [], [], None, [])
     assert "interaction" not in {x.quantity for x in both}
     assert {x.subject for x in both if x.quantity == "mean drift"} == {"big", "small"}
+
+
+def drifts(path: Path, modes: tuple[int, ...]) -> Path:
+    """A file of mean drift by WAMIT with headings around the hulls."""
+    rows = [f"{T} {b} {b} {i} 9 9 {0.01 * T * i * (1 + b / 360)} 0" for T in (8.0, 6.0) for b in range(-180, 180, 45)
+            for i in modes]  # fmt: skip
+    path.write_text("\n".join(rows))
+    return path
+
+
+def test_each_of_two_hulls_drifts_by_its_own_modes_in_a_file_of_wamit(tmp_path: Path, pair: Hydrodynamics) -> None:
+    """Mean drift a^2 D at the period of a row; the second hull has modes 7, 8 and 12."""
+    given = drift_of(drifts(tmp_path / "two.9", (1, 2, 6, 7, 8, 12)), RHO * 9.81, 10.0)
+    both = with_drift(pair, *given, "two.9")
+    scene = (
+        text(2.0 * np.pi / 8.0).replace("height: 2 cm", "height: 1 m").replace("heading: 150 deg", "heading: 75 deg")
+    )
+    plan = load(placed(tmp_path, both, scene)).plan
+    forces = {f.name: f.signal.wave for m in plan.machines for f in m.system.forces if " drift" in f.name}
+    for name, modes in (("big", (1, 2, 6)), ("small", (7, 8, 12))):
+        for mode, label, size in zip(modes, ("surge", "sway", "yaw"), (10.0, 10.0, 100.0), strict=True):
+            want = 0.25 * RHO * 9.81 * size * 0.01 * 8.0 * mode * (1.0 + 45.0 / 360.0)
+            assert forces[f"{name}.{label} drift"].amplitude == pytest.approx(want, rel=1e-6)
+            assert forces[f"{name}.{label} drift"].frequency == 0.0
+    assert not {x.quantity for x in checks_of(plan, [], [], None, [])} & {"mean drift"}
+    seas = scene.replace("height: 1 m, period: 8.0 s", "seas: {a: {Hs: 1 m, Tp: 7 s, components: 20}}")
+    plan = load(placed(tmp_path, both, seas)).plan
+    slow = [f for m in plan.machines for f in m.system.forces if f.name == "small.sway drift"]
+    assert slow[0].signal.waves.by[0], "slow drift"
+
+
+def test_drift_of_both_hulls_together_is_refused(tmp_path: Path, pair: Hydrodynamics) -> None:
+    given = drift_of(drifts(tmp_path / "two.8", (1, 2, 6)), RHO * 9.81, 10.0)
+    with pytest.raises(
+        SceneError, match=r"two.8: the data need the drift of each of two hulls, modes 1 to 12 of NAME.9"
+    ):
+        with_drift(pair, *given, "two.8")
+    given = drift_of(drifts(tmp_path / "two.9", (1, 2, 6, 7, 8, 12)), RHO * 9.81, 10.0)
+    with pytest.raises(SceneError, match=r"two.9: the data need the drift of a single hull"):
+        with_drift(msgspec.structs.replace(pair, beside=None), *given, "two.9")
+
+
+def test_a_stated_gap_damping_lowers_the_motions_of_two_hulls_at_the_resonance_of_the_gap(
+    tmp_path: Path, pair: Hydrodynamics
+) -> None:
+    """In time as in the frequency domain; without it the inputs are amber."""
+    damped = with_gap_damping(pair, 0.05, "a model test")
+    found, _ = motions(placed(tmp_path, damped, text(RESONANCE)), RESONANCE)
+    missing = [x.subject for x in load(tmp_path / "pair.yaml").checks if "gap damping" in x.subject]
+    assert not missing
+    assert damped.beside
+    h, away = HEADING - BOW, (PLACES[1] - PLACES[0]) @ (np.cos(HEADING), np.sin(HEADING))
+    delay = np.exp(-1j * RESONANCE**2 / G * away)  # of the phases at the second hull
+    X = np.array([*damped.load(RESONANCE, h), *(delay * np.array(damped.beside.hull.load(RESONANCE, h)))])
+    want = fitted_answer(damped, RESONANCE, X)
+    for kind in (slice(0, 3), slice(3, 6)):
+        assert np.abs(found[:, kind] - want[:, kind]).max() < CLOSE * np.abs(want[:, kind]).max()
+    free = fitted_answer(pair, RESONANCE)
+    assert np.abs(want[1, 1]) < np.abs(free[1, 1]), "the small barge sways less"
+    assert [x.subject for x in load(placed(tmp_path, pair, text())).checks if "gap damping" in x.subject]

@@ -6,7 +6,7 @@ from math import cos, exp, pi, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.record import play
 from heavylift.kernel import SceneError
 from heavylift.kernel.analysis import equilibrium
 from heavylift.kernel.simulation import Simulation
@@ -137,3 +137,61 @@ def test_fenders_in_a_scene_without_gravity_have_no_limit_in_kilograms() -> None
         head.replace("heavylift: 1", "heavylift: 1\ngravity: 0 m/s2") + "    responses: {}\n" + tail.partition("\n")[2]
     )
     assert [x.value for x in parse(text).plan.limits if x.subject in ("fore", "aft")] == [None, None]
+
+
+SIZES = (3.0, 1.2)  # [m] of both faces
+
+
+def sized(at: tuple[float, float, float], push: str = "-600 kN", along: str = "0 kN", end: str = "20 s") -> LoadedScene:
+    """The barge at `at`, before fenders with ends."""
+    text = SCENE % (
+        end, "%s", ", sway: 1 kN/m", *2 * ("[0, 1, 0]", "2 MN s/m", f"size: [{SIZES[0]} m, {SIZES[1]} m]"), push
+    )  # fmt: skip
+    text = text.replace("at: [0 m, %s, 0 m]", "at: [{} m, {} m, {} m]".format(*at)).replace(
+        "force: [0 kN", f"force: [{along}"
+    )
+    return parse(text.replace("surge: 400 kN/m", "surge: 1 kN/m"))
+
+
+def misses(of: LoadedScene) -> list[bool]:
+    """Whether each fender is missed on the path at rest."""
+    rows = uses_on_path(of.plan, list(follow(of.plan).states))
+    return [x.beyond for x in rows if "beside the face" in x.limit.subject]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_fender_pushes_only_a_vessel_that_meets_its_face(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    x, y, z = (draw.uniform(-1.0, 1.0, 3) * (2.0, 0.09, 0.8) + (0.0, -4.0, 0.0)).round(3).tolist()
+    s = Simulation(system(sized((x, y, z)).plan), 1e-9)
+    s.start()
+    meets = abs(x) < SIZES[0] / 2 and abs(z) < SIZES[1] / 2
+    want = max(0.0, -(y + 4.0)) * K if meets else 0.0
+    assert s.row().normal.tolist() == pytest.approx([want] * 2, rel=1e-9)
+
+
+@pytest.mark.parametrize(("at", "missed"), [((1.4, -4.05, 0.0), False), ((1.6, -4.05, 0.0), True),
+                                            ((0.0, -4.05, -0.7), True), ((1.6, -3.9, 0.0), False)])  # fmt: skip
+def test_a_vessel_behind_the_plane_of_a_fender_face_but_beside_the_face_gives_a_red_check(
+    at: tuple[float, float, float], missed: bool
+) -> None:
+    """At rest, where the tug holds it away from the quay, a vessel before the plane misses nothing yet."""
+    assert misses(sized(at, push="0 kN")) == [missed] * 2
+
+
+def test_a_barge_that_drifts_along_the_quay_beyond_its_fenders_gives_a_red_verdict() -> None:
+    """Pushed along with 2 MN against a mooring of 1 kN/m, it passes the edge after sqrt(2 x 1.5 m x mass / 2 MN)."""
+    of = sized((0.0, -4.075, 0.0), along="2000 kN", end="8 s")
+    run = play(of.plan)
+    past, t = run.past.part(0, len(run.t)), run.t
+    leaves, force = sqrt(2.0 * 1.5 * MASS / 2e6), past.tensions["fore"]
+    assert np.all(force[t < leaves - SAMPLE] > 0.0)
+    assert not np.any(force[t > leaves + SAMPLE])
+    (row,) = [x for x in run.judge.fine[1] if x.limit.subject == "barge beside the face of fore"]
+    assert row.beyond
+    assert row.value == pytest.approx(-4.0 - past.poses["barge"][:, 1].min(), abs=0.1)
+
+
+def test_a_fender_face_without_a_size_is_reported_as_not_checked() -> None:
+    (one, other) = [x for x in scene().plan.limits if "beside the face" in x.subject]
+    assert (one.value, other.note) == (None, "give the 'size' of the face")

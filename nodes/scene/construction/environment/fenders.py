@@ -1,8 +1,9 @@
-"""Fenders as one machine: massless faces on a quay or a vessel, against which points of vessels lean."""
+"""Fenders as one machine: massless faces on a quay or a vessel, against which points of vessels lean; beside its face a
+fender exerts no force."""
 
 from math import sqrt
 
-from heavylift.kernel.algebra.dense import cross, dot, norm
+from heavylift.kernel.algebra.dense import cross, norm
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Matrix, Point, Support, System, Vector, merge
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
@@ -37,8 +38,10 @@ def fenders_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
     closed = []
     for support in made.supports:
         R, p = at[support.on][1], at[support.on][0]
-        depth = -dot(list(R[:, 2]), list(kinematics.place(support.point, at) - p))
+        *beside, depth = (R.T @ (p - kinematics.place(support.point, at))).tolist()
         name, given = support.name, scene.fenders[support.name]
+        if any(abs(w) > size / 2 for w, size in zip(beside, given.size or (), strict=False)):
+            continue
         most = given.capacity / given.stiffness if given.capacity else THICKEST
         if depth > most:
             message = (
@@ -53,7 +56,9 @@ def fenders_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
 def _support(name: str, x: Fender) -> Support:
     """Return the law of a fender: its face is the level up to which it pushes."""
     rubs = (x.stiffness, x.damping) if x.friction else (0.0, 0.0)
-    return Support(name, Point(x.vessel, x.meets), 0.0, x.stiffness, x.damping, x.friction, *rubs, on=f"{name}.face")
+    return Support(
+        name, Point(x.vessel, x.meets), 0.0, x.stiffness, x.damping, x.friction, *rubs, f"{name}.face", x.size
+    )
 
 
 def facing(direction: Vector) -> Matrix:

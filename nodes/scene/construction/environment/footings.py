@@ -22,8 +22,9 @@ UNKNOWN = "give 'stands' to its type: tracks, outriggers or wheels"
 def footing_of(
     source: SourceText, base: Path, given: Stands | None, bodies: Collection[str], prefix: str
 ) -> Footing | None:
-    """Return the base on which a machine stands; None if the machine has no base. `prefix`: prefix of the names of the
-    machine's bodies."""
+    """Return the base on which a machine stands; None if the machine has no base.
+
+    `prefix`: prefix of the names of the machine's bodies."""
     if given is None:
         return None
     body = f"{prefix}{given.on}"
@@ -41,7 +42,7 @@ def footing_of(
 
 
 def set_up(builder: SceneBuilder, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
-    """Return the machines with the mats below them, as given in the scene, and their configuration in words."""
+    """Return the machines; those with hooks get the mats of the scene and a description of their configuration."""
     names = [machine.name for machine in machines if machine.hooks]
     for name in (name for name in builder.scene.ground.mats if name not in names):
         builder.source.fault(("ground", "mats", name), f"there is no crane '{name}'", closest(name, names), on_key=True)

@@ -6,7 +6,6 @@ from math import pi, sqrt
 
 import msgspec
 from heavylift.kernel.algebra.dense import product
-from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.description.forces import InputSignal, Load, Radiation, Wave, WaveSum
 from heavylift.kernel.description.mechanics import Point, Vector
 from heavylift.kernel.errors import SceneError
@@ -16,6 +15,7 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import content, within
 from heavylift.nodes.scenes import vessels_folder
 from heavylift.nodes.sea.hydrodynamics import Hydrodynamics, loads_in_sea, read_hydrodynamics
+from heavylift.nodes.sea.prescribed import MODES, one_wave
 from heavylift.nodes.sea.spectra import Component, wave_number
 
 LARGEST = 1 << 24  # of a file [bytes]
@@ -28,7 +28,7 @@ AFLOAT = 0.02  # of the displacement, by which the weight may differ from that o
 
 
 def hull_of_vessel(builder: SceneBuilder, name: str) -> Hydrodynamics | None:
-    """Return the hydrodynamic data of a vessel, which are read once; None if it has none, or after an error."""
+    """Return the hydrodynamic data of a vessel, reading their file only once; None without data or after an error."""
     vessel = builder.scene.vessels.get(name)
     if name not in builder.hulls and vessel and (of := vessel.floating):
         found = _hydrodynamics_of(builder, name, of.hydrodynamics) if of.hydrodynamics else None
@@ -85,8 +85,9 @@ def _hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynam
 
 
 def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: float, centre: Sequence[float]) -> None:
-    """Add an error unless a loaded vessel floats upright at the draught for which its hydrodynamic file was computed.
-    `mass` [kg] and `centre` [m]: of everything together, relative to the vessel."""
+    """Add an error unless a loaded vessel floats upright at the draught of its hydrodynamic file.
+
+    `mass` [kg] and `centre` [m]: of the vessel and all that stands on it, relative to the vessel."""
     displaced = hull.density * hull.volume
     if abs(mass - displaced) > AFLOAT * displaced:
         message = (
@@ -144,8 +145,9 @@ def check_energy(builder: SceneBuilder, name: str, hull: Hydrodynamics, sea: lis
 
 
 def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float) -> list[list[float]]:
-    """Return the hydrostatic stiffness (3, 3) in heave [N/m], roll and pitch [N m] of a floating weight [N] with its
-    centre of mass `height` [m] above the waterline."""
+    """Return the hydrostatic stiffness (3, 3) of a floating body in heave [N/m], roll and pitch [N m].
+
+    `weight` [N]; `height` [m]: of the centre of mass above the waterline."""
     across, along = (weight * (metacentre - height) for metacentre in hull.metacentres)
     water = hull.density * gravity
     x, y, xy = (water * moment for moment in hull.moments)
@@ -153,8 +155,9 @@ def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float)
 
 
 def radiation(builder: SceneBuilder, name: str, hull: Hydrodynamics) -> list[Radiation]:
-    """Return the radiation force of a hull at the origin of its vessel, with that on a second hull beside it. It is
-    empty for a vessel that is itself such a second hull."""
+    """Return the radiation force law of a vessel's hull, coupled with a second hull beside it, if any.
+
+    The list is empty for the second hull, which is part of the law of the first one."""
     vessels = builder.scene.vessels
     floating = {key: x.floating for key, x in vessels.items() if x.floating}
     if floating[name].beside:
@@ -168,7 +171,7 @@ def radiation(builder: SceneBuilder, name: str, hull: Hydrodynamics) -> list[Rad
 
 
 def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Vessel, waves: Waves) -> list[Load]:
-    """Return the wave loads and drifts on a vessel, along and about the axes of the vessel at rest."""
+    """Return the wave loads and drift loads on a vessel, along and about the axes of the vessel at rest."""
     away = (vessel.at[0] - waves.origin[0], vessel.at[1] - waves.origin[1])
     amplitude, frequency = waves.regular
     regular = [Component(frequency, amplitude, waves.heading, 0.0)] if amplitude else []
@@ -180,10 +183,9 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
         builder.source.fault(("waves", "density"), message, "leave it out, or compute data for it")
     sums = loads_in_sea(hull, sea, away, vessel.heading, builder.scene.gravity, waves.ramp, waves.depth)
     signals = [_alone(x) if regular else InputSignal(0.0, waves=x) for x in sums]
-    modes = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-    named = [(f"{name}.{mode} wave", i) for i, mode in enumerate(modes)]
-    named += [(f"{name}.{modes[i]} drift", i) for i in DRIFTS[: len(signals) - 6]]
-    return [_load(label, name, i, vessel, signal) for (label, i), signal in zip(named, signals, strict=True)]
+    named = [(f"{name}.{mode} wave", i) for i, mode in enumerate(MODES)]
+    named += [(f"{name}.{MODES[i]} drift", i) for i in DRIFTS[: len(signals) - 6]]
+    return [modal_load(label, name, i, vessel, signal) for (label, i), signal in zip(named, signals, strict=True)]
 
 
 def _alone(x: WaveSum) -> InputSignal:
@@ -191,11 +193,11 @@ def _alone(x: WaveSum) -> InputSignal:
     c, s = x.cosines[0], x.sines[0]
     if x.by[0]:
         return InputSignal(0.0, wave=Wave(c * x.by[0][0] + s * x.by[1][0], 0.0, x.ramp))
-    size = sqrt(c * c + s * s)
-    return InputSignal(0.0, wave=Wave(size, x.frequencies[0], x.ramp, float(atan2(-s, c))))
+    return InputSignal(0.0, wave=one_wave(x.frequencies[0], c, s, x.ramp))
 
 
-def _load(label: str, name: str, mode: int, vessel: Vessel, signal: InputSignal) -> Load:
+def modal_load(label: str, name: str, mode: int, vessel: Vessel, signal: InputSignal) -> Load:
+    """Return a load of 1 N or 1 N m times a signal in a mode of a vessel, along or about its axes at rest."""
     unit = [1.0 if i == mode % 3 else 0.0 for i in range(3)]
     x, y, z = product(vessel.attitude, unit)
     along: Vector = (x, y, z)

@@ -6,23 +6,12 @@ and heel.
 """
 
 from dataclasses import replace
-from math import pi
 
 import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Radiation, Stream, Wave
-from heavylift.kernel.description.mechanics import (
-    IDENTITY,
-    WORLD,
-    Body,
-    Drive,
-    Joint,
-    Point,
-    SharedWater,
-    System,
-    Vector,
-)
+from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Radiation, Stream, Wave, WaveSum
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, SharedWater, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
 from heavylift.nodes.plan import plan
@@ -33,14 +22,12 @@ from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.rigging import Frame
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.sea.prescribed import MODES, carried
 from heavylift.nodes.sea.spectra import wave_number
 
-from .hulls import check_draught, hull_of_vessel, radiation, restoring, wave_loads
+from .hulls import check_draught, hull_of_vessel, modal_load, radiation, restoring, wave_loads
 
 MOST = 0.02  # of its displacement may be a load, where its motion is given
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-CHAIN = {"surge": X, "sway": Y, "heave": Z, "yaw": Z, "pitch": Y, "roll": X}  # axes of joints, the first on the world
-MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")  # in matrices
 
 
 def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
@@ -70,22 +57,11 @@ def _carried(builder: SceneBuilder, name: str, given: Vessel, body: Body) -> Sys
     if builder.scene.waves and builder.scene.waves.seas:
         message = "responses are those to one regular wave, and the scene has irregular seas"
         builder.source.fault(("vessels", name, "motion"), message, "write 'motion: forces' with 'hydrodynamics'")
-    names = [WORLD, *(f"{name}.{mode}" for mode in CHAIN)][:-1]
-    bodies = [*(Body(massless, 0.0) for massless in names[1:]), body]
-    joints = [
-        Joint(
-            f"{name}.{mode}", "prismatic" if mode in MODES[:3] else "revolute", parent, child.name,
-            p_PJ=given.at if parent == WORLD else (0.0, 0.0, 0.0), axis=axis, q0=(0.0,),
-            R_PJ=given.attitude if parent == WORLD else IDENTITY,
-        )
-        for (mode, axis), parent, child in zip(CHAIN.items(), names, bodies, strict=True)
-    ]  # fmt: skip
-    waves, drives = builder.scene.waves, []
-    for mode in CHAIN:
+    waves, motions = builder.scene.waves, dict[str, Wave | WaveSum | None]()
+    for mode in MODES:
         size, phase = getattr(given.responses, mode)
-        wave = _wave(waves, size, phase - _delay(builder, waves, given.at)) if waves else None
-        drives.append(Drive(f"{name}.{mode}.drive", f"{name}.{mode}", "prescribed", wave=wave))
-    return System(tuple(bodies), tuple(joints), drives=tuple(drives), gravity=builder.scene.gravity)
+        motions[mode] = _wave(waves, size, phase - _delay(builder, waves, given.at)) if waves else None
+    return carried(body, given.at, given.attitude, motions, builder.scene.gravity)
 
 
 def _free(given: Vessel, added: Matrix6 | None, body: Body) -> System:
@@ -245,12 +221,8 @@ def _streams(builder: SceneBuilder, name: str, floating: Floating) -> list[Strea
     return found
 
 
-def _wave_loads(builder: SceneBuilder, name: str, given: Vessel, floating: Floating, waves: Waves) -> tuple[Load, Load]:
-    """Return the wave load as two loads, in phase with the cosine and with the sine of the wave."""
-    found, delay, R = [], _delay(builder, waves, given.at), given.attitude
-    for part, of, phase in (("cosine", cos, 0.0), ("sine", sin, 0.5 * pi)):
-        x = [size * float(of(angle - delay)) for size, angle in (getattr(floating.loads, mode) for mode in MODES)]
-        signal = InputSignal(0.0, wave=_wave(waves, 1.0, phase))
-        force, moment = (tuple(product(R, along)) for along in (x[:3], x[3:]))
-        found.append(Load(f"{name}.wave {part}", Point(name), force, moment, signal=signal))  # type: ignore[arg-type]
-    return found[0], found[1]
+def _wave_loads(builder: SceneBuilder, name: str, given: Vessel, floating: Floating, waves: Waves) -> list[Load]:
+    """Return the loads of the regular wave on a vessel in its six modes."""
+    delay, each = _delay(builder, waves, given.at), [getattr(floating.loads, mode) for mode in MODES]
+    signals = [InputSignal(0.0, wave=_wave(waves, size, phase - delay)) for size, phase in each]
+    return [modal_load(f"{name}.{MODES[i]} wave", name, i, given, x) for i, x in enumerate(signals)]

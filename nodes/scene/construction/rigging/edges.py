@@ -99,8 +99,9 @@ def _less(p: Vector, q: Vector) -> Vector:
 def equalising(
     name: str, given: Equaliser, sheave: k.Point, R: np.ndarray, ends: tuple[k.Point, k.Point], at: kinematics.Poses
 ) -> Reeving:
-    """Return the rope of an equaliser over its sheave. The sheave is on a body with the rotation R; `ends`: lower ends
-    of the rope."""
+    """Return the rope of an equaliser over its sheave.
+
+    The sheave is on a body with the rotation R; `ends`: lower ends of the rope."""
     p, q = (kinematics.place(end, at).tolist() for end in ends)
     d = norm([q[0] - p[0], q[1] - p[1]])
     axis = [(p[1] - q[1]) / d, (q[0] - p[0]) / d, 0.0] if d > SPREAD else [0.0, 1.0, 0.0]
@@ -112,7 +113,7 @@ def equalising(
 def height_of(
     make: Callable[[float], Reeving], low: float, length: float, slack: float, at: kinematics.Poses, what: str
 ) -> float:
-    """Return the height z [m] above `low` at which a sheave or edge gives its rope the specified slack [m].
+    """Return the height z > `low` [m] of a sheave or edge at which its rope has the specified slack [m].
 
     Raises ValueError if the rope cannot run over the sheave or is too short to reach `what`."""
 
@@ -123,7 +124,7 @@ def height_of(
             raise ValueError(str(error)) from None
 
     if long(low) > length - slack:
-        raise ValueError(f"{length:g} m of rope with {slack:g} m of slack do not reach {what}")
+        raise ValueError(f"{length:g} m of rope with {slack:g} m of slack do not reach {what}; use a longer rope")
     high = low + length
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
@@ -132,8 +133,9 @@ def height_of(
 
 
 class Sling(NamedTuple):
-    """A rope of a rigging entry, with the number of its sling, its lower attachment, and whether it is hooked at the
-    start. A sling that is hooked elsewhere later has one more rope for that lug, such as `legs.sling-1.B-N1`."""
+    """One rope of a sling: number of the sling, lower attachment, and whether the rope is hooked at the start.
+
+    A sling that is hooked to another lug later has one more rope for that lug, such as `legs.sling-1.B-N1`."""
 
     number: int
     holds: str
@@ -141,7 +143,7 @@ class Sling(NamedTuple):
 
 
 def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
-    """Return the ropes of a rigging entry by name; a frame has none."""
+    """Return the ropes of a rigging entry by name; there are none if the entry is a frame."""
     given = scene.rigging[name]
     if isinstance(given, Frame):
         return {}
@@ -170,8 +172,7 @@ def lugs_of(scene: Scene) -> dict[str, k.Point]:
 
 
 def terms(given: SlingType, item: str = "") -> Terms:
-    """Return the properties of a sling that determine its strength; `item`: description of the gear item, if the sling
-    is one."""
+    """Return the properties of a sling that determine its strength; `item`: description of its gear item, if any."""
     chosen, single = "breaking" in given.model_fields_set, given.legs == "single"
     return Terms(
         given.breaking, given.WLL, item, given.termination, given.diameter, given.pin, given.wear, chosen, single

@@ -53,8 +53,10 @@ class _Rows:
         self.base: Path = ("machines", machine.name) if machine.name in builder.scene.machines else ("mechanism",)
 
     def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
-        """Return the limit that a key of a machine gives. The source of the limit is the scene if a parameter in the
-        scene sets the key, else the type; `place`: line of the part in the type."""
+        """Return the limit that a key of a machine gives.
+
+        The source of the limit is the scene if a parameter in the scene sets the key, else the type; `place`: line of
+        the part in the type."""
         at, crane = (*self.base, *path), self.yard.scene.cranes.get(self.machine.name)
         source = f"type {crane.type}" if crane else "its type"
         if self.yard.source.written(at) != at:
@@ -62,13 +64,12 @@ class _Rows:
         return RatedLimit(**{"source": source, "where": place, **more})  # type: ignore[arg-type]
 
     def missing(self, path: Path, message: str) -> dict[str, str]:
-        """Return the note of a limit without a value: the name of the parameter that would set it, or else
-        `message`."""
+        """Return the note of a limit without a value: the name of the parameter that would set it, or `message`."""
         offered = self.yard.source.offered.get((*self.base, *path))
         return {"note": f"give '{offered}'" if offered else message, "source": ""}
 
     def part(self, body: str) -> str:
-        """Return the name of a body with hooks for reports: the machine, or a part of the machine."""
+        """Return the name of a body that carries hooks, as in reports: the machine, or a part of the machine."""
         name = self.machine.name
         return name if is_root(self.machine, body) else f"{name} {body.rpartition('.')[2]}"
 
@@ -145,8 +146,9 @@ class _Hook:
 
 
 def reeving(given: HookKeys) -> tuple[int, float, str]:
-    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about both. The sentence
-    marks assumed values."""
+    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about both.
+
+    The sentence marks assumed values."""
     ends = drum_ends(given.falls, given.drum_ends)
     efficiency = given.sheave_efficiency or ROLLING
     lead = lead_factor(given.falls, ends, efficiency)

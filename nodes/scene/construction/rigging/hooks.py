@@ -41,8 +41,9 @@ class Hung:
 
 
 def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: float) -> Hung:
-    """Return the hook blocks, ropes and slings of a machine. `whole`: all other parts of the machine, and the machines
-    around it."""
+    """Return the hook blocks, ropes and slings of a machine.
+
+    `whole`: all other parts of the machine, and the machines around it."""
     at, found = kinematics.poses(whole), Hung()
     for name, hook in checks.given.hooks.items():
         path: Path = (*checks.base, "hooks", name)

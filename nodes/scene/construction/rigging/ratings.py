@@ -57,9 +57,10 @@ def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
 
 
 def with_rigging(builder: SceneBuilder, limits: Iterable[RatedLimit]) -> Iterator[RatedLimit]:
-    """Yield the limits of loads on hooks and frames, with the mass of the slings and shackles below them. These have no
-    mass in the model; there are two shackles for each sling. For each hook it is the mass of the factor sheet, else as
-    far as the gear gives it. Hooks that hold a sling together share it."""
+    """Add the mass of slings and shackles, which have no mass in the model, to the limits of loads on hooks and frames.
+
+    There are two shackles for each sling. The mass below a hook is that of the factor sheet or, without one, that known
+    from the gear. Hooks that hold a sling together share its mass."""
     scene, of = builder.scene, Counter[str]()
     for item in scene.gear.values():
         for owner, _, what in (at.rpartition(".") for at in item.at):
@@ -159,8 +160,7 @@ def _lug(builder: SceneBuilder, lug: str, most: float | None, slings: list[str],
 
 
 def bridle_limit(builder: SceneBuilder, sling: str, where: str, *, bent: bool) -> RatedLimit:
-    """Yield the limit of the angle between a sling and the vertical. There is none for a sling `bent` over an edge or
-    sheave."""
+    """Yield the limit of a sling's angle to the vertical; none if the sling is `bent` over an edge or sheave."""
     limits, row = builder.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
     if bent:
         note = "it bends over an edge or a sheave, where no angle to the vertical counts"

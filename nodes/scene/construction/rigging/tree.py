@@ -28,8 +28,9 @@ NOWHERE = k.Point("")
 
 
 class RiggingTree:
-    """The rigging of a scene, with methods that check it; errors are added to the source. `taken`: hooks that hold
-    frames of `rig`."""
+    """The rigging of a scene, with methods that check it; errors are added to the source.
+
+    `taken`: hooks from which frames of `rig` hang."""
 
     def __init__(self, source: SourceText, scene: Scene, around: k.System, taken: Container[str]) -> None:
         blocks = scene.all_blocks
@@ -74,7 +75,7 @@ class RiggingTree:
         return message, closest(word, [*self.lugs, *self.points])
 
     def of_hook(self, hook: str) -> dict[str, SlingKeys]:
-        """Return the slings from a hook to lugs, which belong to the machine of the hook."""
+        """Return the rigging entries whose slings connect this hook with lugs, as parts of the hook's machine."""
         slings = {name: given for name, given in self.rigging.items() if isinstance(given, SlingKeys)}
         return {name: given for name, given in slings.items() if self._plain(given) == hook}
 
@@ -181,8 +182,9 @@ class RiggingTree:
                     yield name, i, point, word
 
     def ropes(self, name: str) -> dict[str, tuple[int, k.Point, bool]]:
-        """Return the ropes of a rigging entry: number of the sling, lower attachment, hooked at the start or not. Ropes
-        to unknown lugs are omitted."""
+        """Return the ropes of a rigging entry: number of the sling, lower attachment, hooked at the start or not.
+
+        Ropes to unknown lugs are omitted."""
         ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
         return {rope: (sling.number, end, sling.hooked) for rope, (sling, end) in ends.items() if end is not None}
 
@@ -222,7 +224,9 @@ class RiggingTree:
 
     def height(self, body: str, at: Callable[[k.Point], list[float]]) -> float | None:
         """Return the height z [m] of a hook or frame at which its slings have their specified slack; None without
-        slings. `at`: function that returns the world position [m] of a point of the hook or frame for z = 0."""
+        slings.
+
+        `at`: function that returns the world position [m] of a point of the hook or frame for z = 0."""
         found: list[float] = []
         for name, i, point, word in self._below(body):
             given, here = self.rigging[name], ("rigging", name, "to", i)
@@ -279,7 +283,7 @@ class RiggingTree:
         )
 
     def made(self, name: str, around: k.System) -> mechanics.MechanismKeys:
-        """Return a rigging entry converted to the keys of a machine. `around`: the machines around it."""
+        """Return a rigging entry converted to the keys of a machine; `around`: the mechanical system around it."""
         given, make = self.rigging[name], mechanics.MechanismKeys.model_construct
         if isinstance(given, Frame):
             p, R = self.at[name]

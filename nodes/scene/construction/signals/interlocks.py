@@ -21,11 +21,11 @@ from .conditions import Conditions, unit_of
 RESETS = 0.03  # of the value: so far behind it an interlock is reset
 CLEARS = 0.1  # [m] the same, of heights and gaps
 LENGTHS = ("height", "height difference", "gap")
-MOVES = ("drive", "hook", "winch")  # kinds of actors that can be stopped
+MOVES = ("drive", "hook", "winch", "tugger")  # kinds of actors that can be stopped
 
 
 def build_interlocks(yard: SceneBuilder) -> tuple[Interlock, ...]:
-    """Return the interlocks of the scene and of its machine types, one for each machine that they stop."""
+    """Return the interlocks of the scene and of machine types; each interlock stops motions of a single machine."""
     if not yard.scene.interlocks:
         return ()
     builder = _Builder(yard)
@@ -41,7 +41,7 @@ class _Builder:
                 self.moving.setdefault(actor.model, {})[actor.name] = actor
 
     def built(self, name: str, given: Keys) -> list[Interlock]:
-        """Return one interlock for each machine that the given interlock stops."""
+        """Split an interlock of the scene into one interlock for each machine that it stops."""
         path: Path = ("interlocks", name)
         tests = [test for test in given.when if isinstance(test, CrossTest)]
         if len(given.when) != 1 or not tests:

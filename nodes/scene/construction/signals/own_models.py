@@ -69,8 +69,7 @@ class _Models:
         )  # fmt: skip
 
     def code(self, path: Path, model: str) -> str:
-        """Return the reference to a user model's code, with an absolute path if the code is a file in the scene's
-        folder."""
+        """Return the reference to a user model's code; a file in the scene's folder is given by its absolute path."""
         file, colon, name = model.partition(":")
         if not file.endswith((".py", ".fmu")):
             return model
@@ -81,8 +80,7 @@ class _Models:
             return model
 
     def signal(self, path: Path, text: str) -> ScalarSignal | None:
-        """Return the signal that a port of a user model receives. `text` names the quantity in the same words as
-        conditions."""
+        """Return the signal that a port of a user model receives; `text` names the quantity as conditions do."""
         words = " ".join(text.split())
         match = re.fullmatch(rf"({'|'.join(sorted(QUANTITIES, key=lambda x: -len(x)))})(?: (?:of )?(.+))?", words)
         if match is None:
@@ -109,7 +107,7 @@ class _Models:
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
-        """Return the actuator that the set-points of a port control; None, after an error, if there is none."""
+        """Return the actuator that a port's set-points control; if there is none, add an error and return None."""
         words = " ".join(target.split())
         found = self.targets.get(words, ())
         found = tuple(x for x in found if called_of(x.name) == (words, "")) or found  # the drive called as its machine

@@ -42,8 +42,9 @@ class Subjects:
         self.winds = [(m.name, f) for m in machines for f in m.system.forces if isinstance(f, Wind)]
 
     def signal(self, quantity: str, of: str) -> tuple[str, ScalarSignal] | None:
-        """Return the watching model and the signal of a quantity of a hook, rope, point, pair of boxes or wind; None if
-        there is no such signal."""
+        """Return the watching model and the signal of a quantity of a hook, rope, point, pair of boxes or wind.
+
+        None if there is no such signal."""
         kind, word = cast(Quantity, quantity), ".".join(of.split())
         hook, names = self.hooks.get(word), of.split()
         model = self.ropes[hook.rope] if hook else ""
@@ -84,8 +85,7 @@ class Subjects:
         return found
 
     def share(self, row: RatedLimit) -> tuple[str, ScalarSignal] | None:
-        """Return the watching model and the signal of a load or tension in per cent of its limit; None without a
-        limit."""
+        """Return the watching model and the signal of a load or tension in per cent of its limit; None if unlimited."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
         if row.over == "trolley":

@@ -34,8 +34,9 @@ class Section(Base):
 
 
 class Stiffness(keys_of(k.Beam, "length", "mass_per_length", "polar", "start")):  # type: ignore[misc]
-    """Section stiffness of a uniform beam: EI, EA and GJ, given directly or by E, G and `section`. A beam is rigid in a
-    stiffness that is omitted."""
+    """Section stiffness of a uniform beam: EI, EA and GJ, given directly or by E, G and `section`.
+
+    A beam is rigid in a stiffness that is omitted."""
 
     E: u.Modulus = 0.0
     G: u.Modulus = 0.0
@@ -74,8 +75,9 @@ class BeamKeys(Stiffness):
 
 
 class GirderKeys(Base):
-    """A girder: the part of a body that bends, at some model levels, as a beam along its y axis. Its legs are at y = 0
-    and `span`."""
+    """A girder: the part of a body that bends, at some model levels, as a beam along the body's y axis.
+
+    The legs are at y = 0 and `span`."""
 
     slides: list[str] = Field(default_factory=list)  # joints of what slides on it
     mass: u.Mass
@@ -86,8 +88,10 @@ class GirderKeys(Base):
 
 
 class Elastic(Base):
-    """A body that bends, at some model levels, as a uniform beam along the x axis of its frame. It has equal stiffness
-    about y and z. By default, `length` is the length of the body's box and `mass` the mass of the body."""
+    """A body that bends, at some model levels, as a uniform beam along the x axis of its frame.
+
+    It has equal stiffness about y and z. By default, `length` is the length of the body's box and `mass` the mass of
+    the body."""
 
     EI: u.Rigidity
     length: u.Extent | None = None
@@ -161,8 +165,9 @@ class Matrices(Base):
         return file
 
     def built(self, folder: Path, root: Path) -> k.Flexible:
-        """Return the kernel's description of the flexible body; raises ValueError for an unreadable file. Files must be
-        in the folder `root`."""
+        """Return the kernel's description of the flexible body; raises ValueError for an unreadable file.
+
+        Files must be in the folder `root`."""
         nodes = tuple((float(x), float(y), float(z)) for x, y, z in self._array(folder, root, "nodes", 3))
         nodal = k.Nodal(
             nodes=nodes,

@@ -39,8 +39,9 @@ def _matrix(key: str, word: str, slide: Any, turn: Any) -> Spelling:
 
 
 class WindForceKeys(keys_of(f.Wind, word="wind", signal=history("speed", "gusts", u.Velocity, 0.0))):  # type: ignore[misc]
-    """Drag force of the wind on an area at a point of a body, or on the `sides` of a box. `gusts`: history of the wind
-    speed."""
+    """Drag force of the wind on an area at a point of a body, or on the `sides` of a box.
+
+    `gusts`: history of the wind speed."""
 
     area: u.Area = 0.0
 
@@ -56,8 +57,7 @@ class BushingKeys(keys_of(f.Bushing, word="bushing", **MATRICES)):  # type: igno
 
 
 class CharacteristicKeys(keys_of(f.Characteristic, word="characteristic", x=_column(0), effort=_column(1), of=OVER)):  # type: ignore[misc]
-    """An actuator characteristic: effort on a joint over position or speed, given as a `curve` of points. The effort is
-    multiplied by `factor` or `history`."""
+    """An actuator characteristic: effort on a joint as `curve` over position or speed, times `factor` or `history`."""
 
 
 class LawKeys(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]

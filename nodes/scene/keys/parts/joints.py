@@ -42,8 +42,9 @@ class Limits(keys_of(k.Stop, "joint", "coordinate", **ENDS)):  # type: ignore[mi
 
 
 class Friction(Base):
-    """Friction of a joint coordinate: viscous (effort per velocity) and dry. `dry` is the effort at which a spring and
-    damper begin to slip."""
+    """Friction of a joint coordinate: viscous (effort per velocity) and dry.
+
+    `dry` is the effort at which a spring and damper begin to slip."""
 
     viscous: AnyDamping = 0.0
     dry: Effort | None = None
@@ -52,8 +53,10 @@ class Friction(Base):
 
 
 class AnyJoint(Base):
-    """Keys that all joints have. `at child`: place of the joint on the child; `rotation`: angles by which the joint's
-    frame is rotated about the parent's x, y and z axes, in this order."""
+    """Keys that all joints have.
+
+    `at child`: place of the joint on the child; `rotation`: angles by which the joint's frame is rotated about the
+    parent's x, y and z axes, in this order."""
 
     type: k.JointKind
     parent: str = "world"
@@ -76,7 +79,7 @@ class AnyJoint(Base):
         return JOINTS[self.type].turns(self.coordinates.index(coordinate))
 
     def values(self, keys: Iterable[str]) -> tuple[float, ...]:
-        """Return the values of those of the given keys that this type of joint has; quaternions are normalised."""
+        """Return the values of the given keys, as far as this type of joint has them; quaternions are normalised."""
         found: list[float] = []
         for key in keys:
             value = getattr(self, key, ())
@@ -85,8 +88,7 @@ class AnyJoint(Base):
         return tuple(found)
 
     def built(self, name: str) -> k.Joint:
-        """Return the kernel's joint; if the joint closes a loop, the kernel computes its missing coordinates and
-        speeds."""
+        """Return the kernel's joint; if it closes a loop, the kernel computes its missing coordinates and speeds."""
         written = self.model_fields_set
         q0, v0 = (self.values(keys) if written & {*keys} else () for keys in (POSITIONS, SPEEDS))
         axes = [getattr(self, key.replace(" ", "_")) for key in self.directions]
@@ -108,8 +110,9 @@ class AnyJoint(Base):
 
 
 class Spherical(AnyJoint):
-    """A joint that turns about all axes. `attitude` is a quaternion (x, y, z, w), `rate` the angular velocity in the
-    child's axes."""
+    """A joint that turns about all axes.
+
+    `attitude` is a quaternion (x, y, z, w), `rate` the angular velocity in the child's axes."""
 
     type: Literal["spherical"]
     attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)

@@ -16,7 +16,7 @@ class MachineKeys(Parts[PartName]):
 
 
 class Eye(Base):
-    """Suspension of a frame by rope falls, which hold the origin of a body and are spread along its x axis."""
+    """Eye of a frame: two rope falls hold it at +- `apart` / 2 [m] along the x axis of a body."""
 
     body: str
     apart: u.Extent

@@ -85,8 +85,7 @@ class BodyKeys(Base):
 
 
 class LineKeys(keys_of(Line)):  # type: ignore[misc]
-    """A straight part of a rope; the length of the rope is the sum of the lengths of its parts, each multiplied by a
-    factor."""
+    """A straight part of a rope; the lengths of all parts, each times a factor, add up to the length of the rope."""
 
 
 class Winch(Base):
@@ -98,7 +97,7 @@ class Winch(Base):
 
 
 class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
-    """A point or sheave over which a rope runs. The sheave turns positively about its axis.
+    """A point or sheave over which a rope runs; it runs around a sheave in the positive sense of the sheave's axis.
 
     If the rope slips, the ratio of tensions is exp(friction * wrap) / efficiency. The rope leaves a sheave with a
     radius when its wrap angle falls to zero, and can return to it.
@@ -157,8 +156,9 @@ class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
 
 
 class DriveKeys(keys_of(k.Drive, "wave", "waves")):  # type: ignore[misc]
-    """A drive of a joint, controlled by the action list. If it has a `verb`, orders with this verb to its machine move
-    the drive."""
+    """A drive of a joint, controlled by the action list.
+
+    If it has a `verb`, orders with this verb to its machine move the drive."""
 
     stiffness: u.AnyStiffness = 0.0  # servo: per displacement
     damping: u.AnyDamping = 0.0  # servo and speed: per velocity
@@ -239,7 +239,9 @@ class HookKeys(Base):
         fit = [x for x in self.capacity_charts if x.boom >= boom]
         fit = [x for x in fit if (x.counterweight or 0.0) <= heavy and (x.outriggers or 0.0) <= wide]
         if not fit:
-            raise ValueError("there is no chart for this boom length, counterweight and base")
+            raise ValueError(
+                "there is no chart for this boom length, counterweight and base; choose others or add a chart"
+            )
         return min(fit, key=lambda x: (x.boom, -(x.counterweight or 0.0), -(x.outriggers or 0.0))).chart
 
 
@@ -260,8 +262,7 @@ class LoadCellKeys(Base):
 
 
 class ModelFile(Base):
-    """A file in URDF or MJCF from which the parts of a machine are read. `lacks`: features of the file that were not
-    converted (written by heavylift)."""
+    """A URDF or MJCF file with the parts of a machine; `lacks` (written by heavylift): features not converted."""
 
     file: str
     lacks: list[str] = Field(default_factory=list)

@@ -62,7 +62,7 @@ class SlingKeys(Base):
 
     @property
     def holders(self) -> list[str]:
-        """The upper attachment of each sling, as written."""
+        """The place where each sling is attached at its upper end, as the scene names it."""
         return self.on if isinstance(self.on, list) else [self.on] * len(self.to)
 
     @property
@@ -87,7 +87,7 @@ class Equaliser(Base):
 
     @property
     def holders(self) -> list[str]:
-        """The attachment of the sheave, as written."""
+        """The place where the sheave is attached, as the scene names it."""
         return [self.on]
 
 

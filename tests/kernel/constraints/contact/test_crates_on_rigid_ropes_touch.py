@@ -106,7 +106,7 @@ def test_a_crate_is_set_down_and_lifted_again():
     assert imbalance(s) < BALANCE
 
 
-def test_a_crate_on_the_ground_below_a_straight_rope_is_carried_by_ground_or_rope():
+def test_a_crate_on_the_ground_below_a_straight_rope_is_carried_by_the_ground_or_by_the_rope():
     """The forces are not unique; they hold the weight, none of them pushes or pulls the wrong way, and all is quiet."""
     s = started(crate(0.0), **FINE)
     s.run(SECOND)

@@ -46,7 +46,7 @@ def test_a_block_slides_down_at_g_sin_minus_mu_g_cos_above_the_friction_angle(pa
     assert imbalance(s) < BALANCE
 
 
-def test_a_sliding_block_stops_after_v_squared_over_two_a_and_stays():
+def test_a_sliding_block_stops_after_the_distance_v_squared_over_two_a_and_stays_there():
     angle, v = 0.5 * atan(MU), 3.0
     a = -sliding_acceleration(angle, MU)
     s = started(on_slope(angle, MU, v), **FINE)

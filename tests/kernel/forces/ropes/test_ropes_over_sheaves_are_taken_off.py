@@ -46,7 +46,7 @@ def test_the_load_of_a_broken_rope_pair_goes_to_the_neighbouring_ropes():
     assert imbalance(s) < CLOSES
 
 
-def test_an_undamped_rope_break_overshoots_by_the_full_lost_tension():
+def test_after_an_undamped_break_the_tension_of_the_other_rope_overshoots_by_the_full_lost_tension():
     """A step on an undamped spring: T = T_end + (T_end - T_before)."""
     s = started(pair(0.0), **FINE)
     before = float(s.row().tension[0])

@@ -83,13 +83,13 @@ def test_only_the_recursive_formulation_supports_flexible_bodies():
 
 
 @pytest.mark.parametrize("EA", [1e6, 0.0])
-def test_the_hooked_end_of_a_rope_on_a_beam_stays_at_its_beam_station(EA):
+def test_the_end_of_a_rope_hooked_on_a_beam_stays_at_its_place_along_the_beam(EA):
     """The new end is given in the body's frame: 2 m above the axis at x = 5 m, 1 m from the rope's other end."""
     line = Line(Point("beam", (5.0, 0.0, 0.5)), Point("world", (5.0, 0.0, 3.0)))
     rope = Rope("rope", (line,), EA, 4.0, hooked=False) if EA else RigidRope("rope", (line,), 4.0, hooked=False)
     ropes = {"ropes": (rope,)} if EA else {"rigid_ropes": (rope,)}
     s = started(replace(system(GOOD), supports=(), **ropes))
-    message = r"its end on the flexible body 'beam' cannot leave the station \(5, 0, 0\); use one rope"
+    message = r"its end is fixed to the station \(5, 0, 0\) of the flexible body 'beam'; use one rope"
     with pytest.raises(KernelError, match=message):
         s.hook("rope", a=(6.0, 0.0, 0.5))
     with pytest.raises(KernelError, match="100 mm too short"):

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder import Certificate, Ladder, ModelLevel, certifying, play, tighter
+from heavylift.coordinator.ladder import Ladder, ModelLevel, tighter
 from heavylift.coordinator.measured import accuracy
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import run
+from heavylift.coordinator.uncertainty import Certificate, certifying
 from heavylift.nodes.plan import ASKABLE, Fidelity
 from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording
@@ -26,7 +28,7 @@ def certified(scene: str, sets: list[str], folder: Path) -> tuple[Certificate, P
         return runs.written(result.recording), result.recording, result.digest
 
 
-def test_the_certificate_of_a_snatched_load_has_error_estimates_of_its_steps_and_inputs(tmp_path: Path) -> None:
+def test_the_certificate_of_a_snatched_load_estimates_the_errors_due_to_time_steps_and_inputs(tmp_path: Path) -> None:
     found, path, digest = certified("snatch", ["end=2 s", "tolerance=1e-4", f"{MASS}=10 t +- 6 %"], tmp_path)
     peak = found.bars[0]
     exact = play(msgspec.structs.replace(load("snatch", ["end=2 s"]).plan, tolerance=1e-11)).peaks["fall"].tension
@@ -46,7 +48,7 @@ def test_the_certificate_of_a_snatched_load_has_error_estimates_of_its_steps_and
     assert accuracy(rec) == peak.numerical / peak.value
 
 
-def test_the_certificate_of_a_lift_has_error_estimates_of_ropes_slings_pads_positions_and_stages(
+def test_the_certificate_of_a_lift_estimates_the_errors_of_forces_and_positions_and_stage_times(
     tmp_path: Path,
 ) -> None:
     found, _, _ = certified("lift", ["end=40 s"], tmp_path)
@@ -55,7 +57,7 @@ def test_the_certificate_of_a_lift_has_error_estimates_of_ropes_slings_pads_posi
     assert sum(line.startswith("use of ") for line in found.message) == 1  # the largest; all are in its data
 
 
-def test_a_certificate_states_that_the_scene_gives_no_uncertainties(tmp_path: Path) -> None:
+def test_a_certificate_of_errors_states_that_the_scene_gives_no_uncertainties(tmp_path: Path) -> None:
     found, _, _ = certified("snatch", ["end=1 s"], tmp_path)
     assert found.message[0].endswith(" kN (numerical), no error estimate (model, inputs)")
     assert "no uncertainty is stated; write one behind a value" in found.missing["inputs"]
@@ -108,14 +110,14 @@ mechanism:
 """
 
 
-def test_with_rigid_ropes_time_step_errors_are_measured_by_two_runs_with_tighter_steps() -> None:
+def test_time_step_errors_of_rigid_ropes_are_measured_by_two_runs_with_tighter_steps() -> None:
     scene = parse(RIGID)
     assert len(tighter(ModelLevel(scene.plan))) == 2
     with certifying(scene, at_once=0) as runs:
         assert all(bar.numerical is not None for bar in runs.certificate().bars)
 
 
-def test_the_option_certify_announces_the_number_of_runs_and_the_finer_model_level() -> None:
+def test_the_option_certify_announces_the_number_of_runs_and_the_finer_model_levels() -> None:
     with certifying(load("lift", ["block.mass=300 t +- 3 %", "ask=[]"]), at_once=0) as runs:
         message = runs.price
     assert "2 for the steps, 2 for the model, one with ropes of 2 lumps, elastic girder" in message

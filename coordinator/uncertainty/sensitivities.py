@@ -14,16 +14,15 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 from pathlib import Path
 
+from heavylift.coordinator.ladder.choosing import chosen
+from heavylift.coordinator.ladder.figures import AskedFigure
+from heavylift.coordinator.ladder.run_pool import Ran, Start, result, starting
 from heavylift.coordinator.supervision.pool import cores
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated, varied
 from heavylift.recordings.render.curves import larger
 from heavylift.recordings.sheets.sheet import Table, columns, part_text
-
-from .choosing import chosen
-from .figures import AskedFigure
-from .run_pool import Ran, Start, result, starting
 
 LOG = logging.getLogger("heavylift.ladder")
 LEVEL = 2.0  # standard uncertainties of a bar
@@ -107,7 +106,7 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """Runs with one input changed by multiples of its standard uncertainty, or the reasons why they could not start."""
+    """Runs by change of one input, in standard uncertainties; a text states why a run could not start."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]
@@ -147,7 +146,8 @@ def of_unstated(names: Sequence[str]) -> str:
 
 
 def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start: Start) -> Moved:
-    """Start runs in which an input is changed by `steps` standard uncertainties; none for an exact input."""
+    """Start runs in which one input differs from its value by `steps` standard uncertainties; no runs for an exact
+    input."""
     runs: dict[float, Future[Ran] | str] = {}
     for step in steps if one.sd else ():
         try:
@@ -182,7 +182,7 @@ class _Seen:
         self.more(begun)
 
     def more(self, begun: Moved) -> None:
-        """Wait for the next runs in which this input is changed, and add their results."""
+        """Wait for runs in which this input is changed, and add the figures of these runs to the results."""
         for step, run in begun.runs.items():
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):
@@ -193,7 +193,7 @@ class _Seen:
                 self.values[step] = {figure.name: figure.value for figure in ended.figures}
 
     def switches(self, figure: AskedFigure) -> bool:
-        """Return whether a figure does not respond proportionally to the input."""
+        """Return whether a figure responds nonlinearly to the input, such as by slack ropes or impacts."""
         if not self.input.sd:
             return False
         down, up = (self.values[step].get(figure.name) for step in STEPS)

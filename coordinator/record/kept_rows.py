@@ -1,46 +1,50 @@
-"""The kernel of a run that stays in memory: it stores its samples, and a wall-clock limit can end the run."""
+"""The rows of a run that stays in memory, and a wall-clock limit that can end it."""
 
 import time
 from collections.abc import Sequence
 from itertools import groupby
+from math import inf
 
 import numpy as np
-from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.parts import KernelConfig
+from heavylift.coordinator.participants.rows import Note, Row, RowSink
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.islands.dense_output import DenseRows
+from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.commands import LiftRowsView
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.native.samples import published
+from heavylift.kernel.simulation.simulation import Simulation
 from numpy.typing import NDArray
 
 PIECE = 512  # rows that are read together: so few that they stay in the cache of the processor
 
 
-class KeepingKernel(KernelNode):
-    """A kernel that keeps its samples in memory, and ends with an error when its run exceeds the `allowed` wall time
-    [s]."""
+class KeptRows(RowSink):
+    """Receiver of sample rows that keeps them in memory."""
 
-    def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float, cut: str) -> None:
-        super().__init__(config, lambda batch: None)
-        self.looks = DenseRows(self.simulation, instants)
-        self.kept: list[tuple[Stepping, tuple[int, np.ndarray]]] = []  # beside the code whose row it is
+    def __init__(self) -> None:
+        self.kept: list[tuple[Stepping, Row]] = []  # beside the code whose row it is
         self.sentences: list[tuple[int, str]] = []
-        self.of_lifts: dict[str, list[tuple[int, np.ndarray]]] = {}
+        self.of_lifts: dict[str, list[Row]] = {}
+        self.limit(inf, "")
+
+    def limit(self, allowed: float, cut: str) -> None:
+        """Set a limit of wall time [s] from now on, after which the run ends with an error that begins with `cut`."""
         self._allowed, self._cut, self._deadline = allowed, cut, time.perf_counter() + allowed
 
-    def _pause(self) -> None:
-        super()._pause()
+    def paused(self, simulation: Simulation | Islands) -> None:
+        """Called during long calculations; raises KernelError once the limit of wall time has passed."""
         if time.perf_counter() > self._deadline:
-            raise KernelError(
-                f"{self._cut} {self._allowed:.3g} s of wall time, at {self.simulation.now:.3f} s of the run"
-            )
+            raise KernelError(f"{self._cut} {self._allowed:.3g} s of wall time, at {simulation.now:.3f} s of the run")
 
-    def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
-        self.kept += [(self.simulation.method, row) for row in rows]
+    def rows(
+        self, method: Stepping, first: int, rows: Sequence[Row], notes: Sequence[Note] = (), period: int = 0
+    ) -> None:
+        """Keep sample rows and notes."""
+        self.kept += [(method, row) for row in rows]
         self.sentences += [(t_ns, sentence) for _, t_ns, sentence in notes]
 
-    def _batch_apart(self, lift: LiftRowsView, rows: list[tuple[int, np.ndarray]]) -> None:
+    def apart(self, lift: LiftRowsView, first: int, rows: Sequence[Row]) -> None:
+        """Keep sample rows of one lift, which is simulated apart from the other lifts."""
         shown = published(lift.method, np.array([row for _, row in rows]))
         self.of_lifts.setdefault(lift.name, []).extend(zip([t for t, _ in rows], shown, strict=True))
 

@@ -12,6 +12,12 @@ from dataclasses import asdict, dataclass, field
 from math import floor, hypot, inf, log10
 from pathlib import Path
 
+from heavylift.coordinator.ladder.choosing import chosen
+from heavylift.coordinator.ladder.figures import AskedFigure
+from heavylift.coordinator.ladder.looking import tighter
+from heavylift.coordinator.ladder.measuring import Errors
+from heavylift.coordinator.ladder.model_levels import Ladder, ModelLevel
+from heavylift.coordinator.ladder.run_pool import Ran, Start, result, starting
 from heavylift.coordinator.participants.configuration import OPERATOR
 from heavylift.coordinator.supervision.pool import cores
 from heavylift.kernel.errors import HeavyliftError, ModelError, RecordingError
@@ -22,12 +28,6 @@ from heavylift.recordings import Recording
 from heavylift.recordings.read.export import amended
 from heavylift.recordings.render.curves import larger
 
-from .choosing import chosen
-from .figures import AskedFigure
-from .looking import tighter
-from .measuring import Errors
-from .model_levels import Ladder, ModelLevel
-from .run_pool import Ran, Start, result, starting
 from .sensitivities import STEPS, Moved, Sensitivities, effects, moved, of_unstated
 
 ROUNDING = 1e-9  # of a figure: what is left of a bar that is nothing
@@ -108,7 +108,7 @@ def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | Non
 
 
 class Certifying:
-    """The additional runs that estimate the errors of a run's figures; `price` announces how many."""
+    """The additional runs of a scene that estimate the errors of a run's figures."""
 
     def __init__(self, scene: LoadedScene, inputs: list[UncertainInput], start: Start) -> None:
         self._scene, self._inputs, self._start = scene, inputs, start

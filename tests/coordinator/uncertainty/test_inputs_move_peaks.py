@@ -7,7 +7,7 @@ from math import hypot, sqrt
 
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder.sensitivities import sensitivities
+from heavylift.coordinator.uncertainty.sensitivities import sensitivities
 from heavylift.kernel import ModelError
 from heavylift.nodes.scene import load
 
@@ -73,7 +73,7 @@ def test_sensitivities_run_in_several_processes(
     sets = [x for s in UNDAMPED for x in ("--set", s)]
     words = ["heavylift", "sensitivities", "snatch", *sets, "--json", "--input", f"{LOAD} +- 6 %"]
     monkeypatch.setattr("sys.argv", words)
-    monkeypatch.setattr("heavylift.coordinator.ladder.sensitivities.cores", lambda: 1)
+    monkeypatch.setattr("heavylift.coordinator.uncertainty.sensitivities.cores", lambda: 1)
     main()
     message = capsys.readouterr()
     assert "2 runs of about " in message.err

@@ -9,13 +9,11 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
-from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
 from heavylift.coordinator.live.command_queue import TimedCommand, command
 from heavylift.coordinator.protocol.messages import RunEnd
-from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector, Every
 from heavylift.kernel.description.mechanics import System
@@ -30,9 +28,7 @@ from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.write.sink import Peak, note_peaks
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from heavylift.coordinator.participants.parts import KernelConfig
-
+from .drawing import RopeLines
 
 CUT = "cut after"
 Judged = tuple[RecordedVerdict, Sequence[Use]]  # a verdict, and the maximum utilisation of each limit
@@ -45,7 +41,7 @@ class Played:
     Samples: layout, times (n,) [ns] and rows (n, width); `apart`: samples of single lifts, by name; `dense`: rows at
     the requested instants. Also the events in total order, rope lines with the time [ns] from which they are valid,
     notes of the kernel with times [ns], ropes that went slack, end [ns], conditions for which the action list still
-    waited, number of GRANTs, wall and CPU time before and during the run [s].
+    waited, wall and CPU time before and during the run [s].
     """
 
     plan: Plan
@@ -61,7 +57,6 @@ class Played:
     end_ns: int
     unfinished: str
     dense: NDArray[np.float64]
-    grants: int
     prepared_s: float
     start_s: float
     wall_s: float
@@ -70,7 +65,7 @@ class Played:
 
     @cached_property
     def digest(self) -> str:
-        """Digest of the run, equal for equal runs whether recorded or not."""
+        """Digest of the run; a recorded run with the same events and samples has the same digest."""
         digest, columns = Digest(), Columns(self.layout)
         for e in self.events:
             digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
@@ -166,7 +161,7 @@ class Judge:
 
     @cached_property
     def coarse(self) -> Judged:
-        """The verdict from every second sample, without the tables of a report."""
+        """The verdict computed from every second sample, for the error due to sampling; it has no tables."""
         return self._judged(whole=False, every=2)
 
 
@@ -181,40 +176,40 @@ def play(
 
     `limit`: wall time [s]; `instants`: times [ns] at which dense output is read.
     """
+    # with the compiler, which nobody needs who only reads what is remembered
+    from heavylift.coordinator.participants.kernel_node import KernelNode
     from heavylift.coordinator.participants.session import Session
+    from heavylift.kernel.islands.dense_output import DenseRows
 
-    from .keeping import KeepingKernel  # with the compiler, which nobody needs who only reads what is remembered
+    from .kept_rows import KeptRows
 
     began, start = time.perf_counter(), time.thread_time()
-    events, rigs, ropes = list[Event](), list[tuple[int, list[RopeLine]]](), list[RopeLines]()
-
-    def make(config: "KernelConfig") -> KeepingKernel:
-        ropes.append(RopeLines(config.systems))
-        rigs.append((0, ropes[0].drawn()))
-        return KeepingKernel(config, instants, limit, CUT)
+    events, kept = list[Event](), KeptRows()
 
     def hear(event: Event) -> None:
         events.append(event)
-        if ropes[0].change(event):
-            rigs.append((event.t, ropes[0].drawn()))
+        if ropes.change(event):
+            rigs.append((event.t, ropes.drawn()))
 
-    session = Session(plan, make, hear)
-    kernel = session.kernel
+    session = Session(plan, lambda config: KernelNode(config, kept), hear)
+    kernel, ropes = session.kernel, RopeLines(session.config.systems)
+    looks, rigs = DenseRows(kernel.simulation, instants), [(0, ropes.drawn())]
+    kept.limit(limit, CUT)
     for given in commands:
         session.core.inject(command(given))
     prepared, started = time.perf_counter(), time.thread_time()
     outcome = session.advance()
-    reached = max(events[-1].t if events else 0, kernel.kept[-1][1][0] if kernel.kept else 0)
+    reached = max(events[-1].t if events else 0, kept.kept[-1][1][0] if kept.kept else 0)
     ended = outcome is RunEnd.QUIET and plan.end is None
     unfinished = session.finish(Tag(reached + 1) if ended else session.core.end)
     cpu, wall = time.thread_time() - started, time.perf_counter() - prepared
-    times, rows = kernel.table()
+    times, rows = kept.table()
     slack = frozenset(e.name.partition("~")[0] for _, e in kernel.simulation.log if e.what == "slack")
     return Played(
         plan, kernel.mechanics, msgspec.convert(msgspec.msgpack.decode(kernel.layout()), SampleLayout), times, rows,
-        events, rigs, kernel.of_lifts, kernel.sentences, slack,
+        events, rigs, kept.of_lifts, kept.sentences, slack,
         max(times[-1].item(), events[-1].t if events else 0), unfinished,
-        kernel.looks.finish(), session.grants, prepared - began, started - start, wall, cpu, errors or {},
+        looks.finish(), prepared - began, started - start, wall, cpu, errors or {},
     )  # fmt: skip
 
 
@@ -222,7 +217,8 @@ def compiled(plan: Plan) -> None:
     """Compile the machine code for a plan in advance, so that its run starts at once; errors are left to the run to
     report."""
     from heavylift.coordinator.participants.kernel_node import KernelNode
+    from heavylift.coordinator.participants.rows import RowSink
     from heavylift.coordinator.participants.session import Session
 
     with suppress(HeavyliftError):
-        Session(plan, lambda config: KernelNode(config, lambda batch: None))
+        Session(plan, lambda config: KernelNode(config, RowSink()))

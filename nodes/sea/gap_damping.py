@@ -1,0 +1,69 @@
+"""Damping of the water between two hulls near each other, whose resonance potential theory makes too high.
+
+Viscous damping there comes from model tests or a damping lid. Of the states x' = F x + G v of the water, the pair of
+eigenvalues l of the strongest resonance moves to l - d with d = ratio |l|: F' = F - d Q Q^T with an orthonormal basis Q
+of its two states, so that nothing else moves, and the water stays passive. For small damping a lid with dissipation e
+[1/s] (Chen, Hydrodynamics in offshore and naval applications, 2004) has the ratio e / (2 w). The wave loads have the
+same resonance, as a part R / (i w - l) that is found by least squares beside a parabola in w.
+"""
+
+import msgspec
+import numpy as np
+from heavylift.kernel.errors import SceneError
+
+from .hydrodynamics import GapDamping, Hydrodynamics
+
+LIGHT = 0.15  # damping ratio above which states of the water are no resonance
+WINDOW = 0.3  # of the frequency of the resonance, to both sides, where loads are split
+ORDER = 2  # of the polynomial in w
+
+
+def with_gap_damping(hull: Hydrodynamics, ratio: float, source: str) -> Hydrodynamics:
+    """Return the data of two hulls with a damping ratio added to the resonance of the water between them.
+
+    `source`: where the ratio comes from. Raises SceneError if there is no second hull or no resonance."""
+    second = hull.beside
+    if second is None:
+        raise SceneError(f"{hull.name}: damping of a gap needs the data of two hulls")
+    F, G = np.array(hull.radiation.F), np.hstack([np.array(hull.radiation.G), np.array(second.hull.radiation.G)])
+    value, states = _resonance(F, G, np.array(hull.loads.frequencies), hull.name)
+    rate, Q = ratio * abs(value), np.linalg.qr(np.column_stack([states.real, states.imag]))[0]
+    damped = tuple(map(tuple, (F - rate * Q @ Q.T).tolist()))
+    first, other = (_damped_loads(x, value, rate) for x in (hull, second.hull))
+    water = msgspec.structs.replace(hull.radiation, F=damped)
+    beside = msgspec.structs.replace(second, hull=other, damping=GapDamping(ratio, abs(value), source))
+    return msgspec.structs.replace(first, radiation=water, beside=beside)
+
+
+def _resonance(F: np.ndarray, G: np.ndarray, w: np.ndarray, name: str) -> tuple[complex, np.ndarray]:
+    """Return the eigenvalue and the states (n,) of the resonance with the highest peak of damping, relative to the
+    largest damping of each mode in the range of the frequencies w [rad/s]."""
+    values, V = np.linalg.eig(F)
+    into, out = np.linalg.solve(V, G.astype(complex)), G.T @ V
+    parts = out.T * into  # (n, modes): those of K_jj
+    largest = np.real(np.sum(parts[:, None] / (1j * w[:, None] - values[:, None, None]), axis=0)).max(axis=0)
+    peaks = (np.abs(parts) / np.abs(values.real)[:, None] / np.maximum(largest, largest.max() * 1e-12)).max(axis=1)
+    inside = (w[0] < values.imag) & (values.imag < w[-1]) & (-values.real < LIGHT * np.abs(values))
+    if not inside.any():
+        raise SceneError(
+            f"{name}: between its hulls there is no resonance from {w[0]:.3g} to {w[-1]:.3g} rad/s to damp"
+        )
+    k = int(np.argmax(np.where(inside, peaks, 0.0)))
+    return complex(values[k]), V[:, k]
+
+
+def _damped_loads(hull: Hydrodynamics, value: complex, rate: float) -> Hydrodynamics:
+    """Return the data of a hull whose wave loads have the resonance moved by a rate [1/s]."""
+    loads = hull.loads
+    w, X = np.array(loads.frequencies), np.array(loads.real) + 1j * np.array(loads.imaginary)
+    near = np.abs(w - value.imag) < WINDOW * value.imag
+    x = (w[near] - value.imag) / (WINDOW * value.imag)
+    parts = np.column_stack([1.0 / (1j * w[near] - value), *(x**k for k in range(ORDER + 1))])
+    if len(parts) <= parts.shape[1]:
+        raise SceneError(f"{hull.name}: it has too few frequencies near {value.imag:.3g} rad/s")
+    given = X[:, near].swapaxes(0, 1).reshape(len(parts), -1)
+    R = np.linalg.lstsq(parts, given, rcond=None)[0][0].reshape(len(X), 1, 6)
+    change = 1.0 / (1j * w - value + rate) - 1.0 / (1j * w - value)
+    found = X + R * change[:, None]
+    real, imaginary = (tuple(tuple(map(tuple, x)) for x in part.tolist()) for part in (found.real, found.imag))
+    return msgspec.structs.replace(hull, loads=msgspec.structs.replace(loads, real=real, imaginary=imaginary))
