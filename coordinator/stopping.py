@@ -162,7 +162,7 @@ class _Heard:
 
     @property
     def drawn(self) -> _Heard:
-        """The same stream without escaping of control characters, for code that draws on the terminal."""
+        """This stream without the escaping of control characters, for code that draws on the terminal."""
         return _Heard(self._stream, self._tells, raw=True)
 
     def write(self, text: str) -> int:

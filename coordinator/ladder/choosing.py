@@ -59,8 +59,7 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene with the first of the `ACCURACIES`, loosest first, that leaves no check undecided, or else the
-    tightest."""
+    """Return the scene at the loosest of the `ACCURACIES` that leaves no check undecided, or else at the tightest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
@@ -93,8 +92,7 @@ def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
 
 
 def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Measure the errors of the requested quantities at the scene's own model level and time steps; return the scene
-    with these errors."""
+    """Return the scene with the measured errors of the requested quantities at its own model level and time steps."""
     if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
     measuring = Measuring(ask, say=say)

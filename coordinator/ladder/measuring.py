@@ -128,12 +128,12 @@ class Measuring:
 
 
 def added(*errors: Errors) -> Errors:
-    """Return the sum of several errors of each figure."""
+    """Return for each figure the sum of several errors."""
     return {name: sum(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
 def most(*errors: Errors) -> Errors:
-    """Return the largest of several errors of each figure."""
+    """Return for each figure the largest of several errors."""
     return {name: max(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 

@@ -160,7 +160,7 @@ class Tempo:
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
-        """Return the logical time up to which grants may be sent now; sets `held` if the run stands at a pause."""
+        """Return the logical time up to which grants may be sent now; sets `held` while the run is paused."""
         self.held = False
         if self._free:
             return FOREVER
@@ -198,7 +198,7 @@ class Tempo:
         return self.limit is None and self.pace.ahead == NEVER
 
     def event(self) -> None:
-        """Record that a committed event was released, which ends a step to the next event."""
+        """Record that a committed event was released; this completes a step to the next event."""
         self._to_event = False
 
     def pause(self, core: OpenCoordinator) -> Tag:

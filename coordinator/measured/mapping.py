@@ -76,7 +76,7 @@ class LogSignals:
 
     @property
     def compared(self) -> list[LogChannel]:
-        """The measured channels that the run also has."""
+        """The measured channels for which the run has a simulated signal."""
         return [channel for channel in self.channels if channel.model]
 
 
@@ -182,7 +182,9 @@ def driven(scene: LoadedScene, texts: Sequence[str]) -> LoadedScene:
     for text in texts:
         for log in _read(scene, text, actors):
             if log.actuator in found:
-                raise SceneError(f"--drive '{text}': {log.actuator} follows {found[log.actuator].source} already")
+                raise SceneError(
+                    f"--drive '{text}': {log.actuator} already follows {found[log.actuator].source}; leave one out"
+                )
             found[log.actuator] = log
     return replace(scene, plan=msgspec.structs.replace(scene.plan, driven=tuple(found.values())))
 

@@ -20,7 +20,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 
 class Lockstep:
-    """Nodes that run together in this thread; what they say to each other is checked by themselves only.
+    """Nodes of a run that advance together in this thread; no coordinator checks the events that they exchange.
 
     `safe`: the earliest logical time at which an event from outside can still be injected.
     """
@@ -66,7 +66,7 @@ class Lockstep:
 
     @property
     def over(self) -> RunEnd | None:
-        """The reason why the run has ended, as of the `Coordinator`; otherwise None."""
+        """The reason why the run has ended, the same as `Coordinator.over`; None while it goes on."""
         if (first := self.first) < self.end:
             return None
         return RunEnd.FINISHED if self._finished else RunEnd.QUIET if first == FOREVER else RunEnd.BOUND
@@ -87,7 +87,7 @@ class Lockstep:
         """Inject an event from outside at or after `safe`; raises ProtocolError if it is earlier or has no
         receivers."""
         if not self._to(event) or event.source in self._home:
-            raise ProtocolError(f"{event.source}.{event.port} is not coupled to any node as an event from outside")
+            raise ProtocolError(f"no node receives outside events on {event.source}.{event.port}; couple this port")
         if event.tag < self.safe:
             raise ProtocolError(
                 f"{event.source}.{event.port} at {event.tag}: everything up to {self.safe} "

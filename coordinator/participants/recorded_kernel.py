@@ -54,7 +54,7 @@ class RecordedKernel:
 
 
 class Recalled:
-    """A kernel that first replays its recorded outputs up to a checkpoint and then computes on; a `Steppable` like
+    """A kernel that replays its recorded outputs up to a checkpoint and then continues computing; a `Steppable` like
     `KernelNode`."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
@@ -133,7 +133,7 @@ class Recalled:
         return list(takewhile(lambda event: event.tag == tag, reversed(self._events)))
 
     def among(self) -> list[Event]:
-        """Return the events that no other node receives, as in `KernelNode.among`."""
+        """Return the events that the kernel sends within its own node, as `KernelNode.among` does."""
         return self._kernel.among()
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
@@ -159,7 +159,9 @@ class Recalled:
         """Return a snapshot of the kernel; raises KernelError in the replayed part, whose checkpoints are in the
         recording."""
         if self._past.used and self._known.number < self._sent:
-            raise KernelError("no checkpoint can be made while the run repeats its recorded part")
+            raise KernelError(
+                "no checkpoint can be made while the run repeats its recorded part; use one of the recording"
+            )
         return self._kernel.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
@@ -223,7 +225,7 @@ class _Known:
         return times, rows
 
     def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
-        """Yield the recorded rows before row `end` or a time [ns], in batches: number of the first row, times, rows."""
+        """Yield the rows before number `end` and time `before_ns`, in batches: number of the first row, times, rows."""
         while self.number < end and self._next() and self._times[0] < before_ns:
             first = self.number
             n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])

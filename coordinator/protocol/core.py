@@ -195,7 +195,7 @@ class Coordinator:
         return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
 
     def failed(self, name: str, fail: Fail) -> ModelError:
-        """Return the error for a node's FAIL: its sentence, or the nodes of the zero-delay cycle that it is part of."""
+        """Return the error for a node's FAIL: the zero-delay cycle that the node is part of, or else its sentence."""
         node = self._node(name)
         if self._open and node.running:
             # a model may fail after it has sent: what it sent before belongs to the recording

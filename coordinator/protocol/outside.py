@@ -43,7 +43,7 @@ class OpenCoordinator(Coordinator):
         """Inject an event from outside at or after `safe`; raises ProtocolError if it is earlier or has no
         receivers."""
         if (event.source, event.port) not in self._receivers or event.source in self._home:
-            raise ProtocolError(f"{event.source}.{event.port} is not coupled to any node as an event from outside")
+            raise ProtocolError(f"no node receives outside events on {event.source}.{event.port}; couple this port")
         if event.tag < self.safe:
             raise ProtocolError(
                 f"{event.source}.{event.port} at {event.tag}: everything up to {self.safe} "

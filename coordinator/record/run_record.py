@@ -111,7 +111,7 @@ class RunRecorder(ClockedWork):
         return []
 
     def settle(self, t_ns: int) -> None:
-        """Accept that all data before this simulation time [ns] have arrived and can be written."""
+        """Take note that all data before this simulation time [ns] have arrived; does nothing without a file."""
 
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()

@@ -120,7 +120,7 @@ class Conversation:
             hub.sampled = self._take_samples
 
     def written_to(self, wanted: str | Path | None, given: Path | None) -> None:
-        """Report to the user that the recording has the file name `given`, since the one `wanted` exists."""
+        """Report the file name `given` of the recording to the user if the name `wanted` was taken."""
         if given is not None and given != Path(wanted or ""):
             self._watch.say(f"{wanted} exists; writing {given}")
 

@@ -157,7 +157,7 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
     if values.startswith("{") and values.endswith("}"):
         texts = tuple(dict.fromkeys(part for each in _parts(values[1:-1]) if (part := each.strip())))
         if not texts:
-            raise SceneError(f"--vary '{text}': the braces are empty")
+            raise SceneError(f"--vary '{text}': the braces are empty; write values, such as {{1, 2}}")
         return Axis(path, texts, unit=_unit(texts), first=first, motion=motion)
     found = range_of(values)
     if found is None:

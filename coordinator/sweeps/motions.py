@@ -18,7 +18,8 @@ from heavylift.nodes.scene.text.spelling import NUMBER
 from heavylift.nodes.scene.text.units import ACCELERATION, ANGULAR_ACCELERATION, RATE, SPEED, Dimension
 
 NOUNS = {"hoist": ("hoist", "lower"), "trolley": ("traverse",), "gantry": ("travel",)}
-VERBS_OF = {verb.name: (verb.name,) for verb in VERBS.values() if verb.becomes in ("move", "turn")} | NOUNS
+MOVING = (verb for verb in VERBS.values() if verb.becomes in ("move", "turn") and verb.units != "pulling")
+VERBS_OF = {verb.name: (verb.name,) for verb in MOVING} | NOUNS
 WORDS: dict[str, Literal["speed", "accel"]] = {
     "speed": "speed", "rate": "speed", "accel": "accel", "acceleration": "accel", "ramp": "accel"
 }  # fmt: skip

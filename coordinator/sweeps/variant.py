@@ -126,7 +126,7 @@ def _fits(name: str, x: object) -> bool:
 
 
 def first_sentence(text: str) -> str:
-    """Return the first sentence of an error, without its place and without repetitions."""
+    """Return the first sentence of an error message, without its place in the scene and the list of further cases."""
     first = text.splitlines()[0]
     return re.sub(r"^(.*?error: )?(actions\[[^:]*: )?", "", first).partition("; likewise")[0]
 

@@ -38,7 +38,8 @@ class Placement:
 
     @classmethod
     def spread(cls, models: Sequence[str], count: int) -> "Placement":
-        """Return a placement of the models, in order, in `count` processes; of several, one runs the kernel alone."""
+        """Return a placement of the models, in order, in `count` processes; of two or more, one runs only the
+        kernel."""
         count = min(count, len(models))
         if count == len(models):
             return cls.apart(models)

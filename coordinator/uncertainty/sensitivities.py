@@ -106,7 +106,7 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """Runs with one input changed by multiples of its standard uncertainty, or the reasons why they could not start."""
+    """Runs by change of one input, in standard uncertainties; a text states why a run could not start."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]
@@ -182,7 +182,7 @@ class _Seen:
         self.more(begun)
 
     def more(self, begun: Moved) -> None:
-        """Wait for runs in which this input is changed, and add their figures to the results for this input."""
+        """Wait for runs in which this input is changed, and add the figures of these runs to the results."""
         for step, run in begun.runs.items():
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):

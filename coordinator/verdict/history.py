@@ -179,7 +179,7 @@ def history_of(rec: Recording) -> Collector:
 
 
 def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, Sequence[StaticState]]]:
-    """Yield the equilibrium path of each action list as a history, with ropes drawn to the lugs of their hooks."""
+    """Yield the equilibrium path of each action list as a history, with each sling drawn to its present lug."""
     known, ends = plan.machines, [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
     lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}
     for first, end in pairwise([0, *ends, len(states)]):

@@ -230,7 +230,7 @@ class Steps:
     group: Indices
 
     def sharpen(self, found: Minimum | None) -> None:
-        """Raise the lower bounds of the distances by the gaps along the directions of a distance already computed."""
+        """Raise the lower bounds of the distances by the separating directions of a distance found before."""
         if found is not None and len(self.least):
             raised = bounds_along(self.ends_a, self.ends_b, *found.directions) - self.turning - self.stray
             np.maximum(self.least, raised, out=self.least)

@@ -52,7 +52,8 @@ class BodyTrack:
 
     @cached_property
     def turn_strays(self) -> tuple[Floats, Floats]:
-        """Upper bounds (n - 1,) of the error of linearly interpolated rotations between samples.
+        """Upper bounds (n - 1,) of the errors of linearly interpolated quaternions, and of points turned by them,
+        between samples.
 
         Error of the quaternion, and displacement of a point per metre of its distance from the origin.
         """
@@ -62,7 +63,8 @@ class BodyTrack:
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
-        """Upper bounds (n - 1,) of the body's deviation from straight motion between samples, from joint speeds.
+        """Upper bounds (n - 1,) of the deviations of origin [m] and orientation from straight motion between samples,
+        from joint speeds.
 
         Displacement of its origin [m], and of a point per metre of its distance from the origin.
         """
@@ -120,8 +122,7 @@ class Moving:
 
     @cached_property
     def half(self) -> Floats:
-        """Half edges of the shape's box (3,) [m]; for a strand, half of its greatest length in the run along the third
-        axis."""
+        """Half edges of the shape's box (3,) [m]; the third one of a strand is half its greatest length in the run."""
         if isinstance(self.shape, Strand):
             return np.array([0.0, 0.0, float(lengths(self.turn).max()) / 2])
         return np.zeros(3) if self.shape.form == "ball" else np.array(self.shape.size) / 2
@@ -209,7 +210,8 @@ def size(p: Vector) -> float:
 
 
 def posed(s: Moving, k: Indices) -> tuple[Floats, Floats]:
-    """Return centre (m, 3) and orientation (m or 1, 3 or 4) of a shape at some samples."""
+    """Return centre (m, 3) and orientation of a shape at m samples: quaternions (m or 1, 4) or, for a strand, vectors
+    (m, 3)."""
     places = [frame.place_at(p, k) for frame, p in s.on]
     if len(places) == 2:
         return (places[0] + places[1]) / 2, places[1] - places[0]

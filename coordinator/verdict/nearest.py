@@ -32,8 +32,7 @@ class NearestSoFar:
         self._least = np.zeros(0)
 
     def groups(self, most: Floats) -> None:
-        """Set the largest distance [m] of interest for each group of shape pairs (groups,); groups may be added at the
-        end."""
+        """Set for each group of shape pairs the largest distance of interest `most` (groups,) [m]."""
         self._most, self.free = most, np.flatnonzero(np.isinf(most))
         self.found += [None] * (len(most) - len(self.found))
         self._least = np.append(self._least, np.full(len(most) - len(self._least), np.inf))
@@ -45,8 +44,8 @@ class NearestSoFar:
         return int(np.isfinite(self._least).sum())
 
     def take(self) -> list[Minimum | None]:
-        """Return the smallest distance found for each group since the last call, or None; search bounds do not
-        change."""
+        """Return the smallest distance found for each group since the last call, or None; the search goes on with its
+        bounds."""
         found, self.found = self.found, [None] * len(self.found)
         return found
 

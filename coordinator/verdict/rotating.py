@@ -106,8 +106,8 @@ class BodyPoses(Protocol):
 
 
 def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
-    """Return the velocities [m/s, rad/s] of all bodies whose joints, up to the world, are free, sliding, hinged, fixed
-    or locked."""
+    """Return linear and angular velocities [m/s, rad/s] of bodies that only free, sliding, hinged, fixed or locked
+    joints connect to the world."""
     if not speeds:
         return {}
     still = np.zeros_like(next(iter(frames.values())).p)
@@ -137,7 +137,8 @@ def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Map
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
-    """Return upper bounds (n - 1,) of a body's deviation from straight motion between samples, from its velocities.
+    """Return upper bounds (n - 1,) of the deviations of origin [m] and orientation from straight motion, from
+    velocities.
 
     Displacement of its origin [m], and of a point per metre of its distance from the origin.
     """

@@ -53,7 +53,7 @@ def reordered(text: str, path: Sequence[str | int], to: int) -> str:
     *above, at = keys = tuple(path)
     nodes, known = _found(text, keys)
     if known < len(keys) or not isinstance(nodes[-2], SequenceNode) or not isinstance(at, int):
-        raise SceneError(f"{shown(keys)}: is not an item of a list")
+        raise SceneError(f"{shown(keys)}: this is not an item of a list, so it has no order")
     items, before = nodes[-2].value, _data(text)
     if nodes[-2].flow_style or not 0 <= to < len(items):
         raise SceneError(f"{shown(keys)}: this list can be reordered only in the text")

@@ -310,7 +310,7 @@ def workbench(place: str, ready: Callable[[str], object]) -> None:
     if not folder.is_dir():
         scene = scene_file(place).resolve()
         if not scene.is_file():
-            raise SceneError(f"there is neither a folder nor a scene '{place}'")
+            raise SceneError(f"there is neither a folder nor a scene '{place}'; check the name")
         folder = Path() if scene in bundled().values() else scene.parent
     with served(folder, scene) as (url, run, _):
         ready(url)

@@ -111,7 +111,7 @@ def singular_values(A: Matrix) -> list[float]:
 
 
 def combinations(A: Matrix, least: float) -> list[dict[int, float]]:
-    """Return the linear combinations of rows of A that vanish (left null space): dicts of coefficients by row number.
+    """Return a basis of the left null space of A: combinations of rows that sum to zero, as coefficients by row number.
 
     Elimination with complete pivoting keeps zeros, so that locally coupled rows give local vectors; remainders up to
     `least` times the largest element count as zero.

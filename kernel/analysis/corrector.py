@@ -62,10 +62,10 @@ class Corrector:
         self.poses.factorise(K, LONG, self.poses.basis(q))
 
     def predicted(self, q0: np.ndarray, P0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float]:
-        """Predict the equilibrium `dt` [ns] after the one at q0 by tangent and curvature of the path, then correct it.
+        """Return the equilibrium `dt` [ns] after the one at q0: predicted by tangent and curvature, then corrected.
 
-        Returns the equilibrium (None if there is none nearby) and its distance from the prediction. P0: parameters at
-        q0; the simulation already has the parameters at the end of the step.
+        Also returns its distance from the prediction; the equilibrium is None if there is none nearby. P0: parameters
+        at q0; the simulation already has the parameters at the end of the step.
         """
         poses, P = self.poses, self._simulation.P
         q, P1 = self.place(q0), P.copy()

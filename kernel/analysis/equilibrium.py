@@ -108,7 +108,7 @@ def release(simulation: Simulation) -> float:
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Return the last change of each force law, without the laws that have switched back to their first state."""
+    """Return the net changes of state: the last change of each force law that did not return to its first state."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}

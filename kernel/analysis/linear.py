@@ -16,7 +16,7 @@ from heavylift.kernel.algebra.spatial import skew
 from heavylift.kernel.compiler.derivative import derivatives
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array
-from heavylift.kernel.description.forces import Stream, Wind
+from heavylift.kernel.description.forces import Stream, TuggerLine, Wind
 from heavylift.kernel.description.mechanics import JOINTS, RigidRope
 from heavylift.kernel.errors import KernelError, closest
 from heavylift.kernel.model.evaluation import evaluate
@@ -239,15 +239,16 @@ class _Input:
         drive = next((d for d in p.system.drives if d.name == name), None)
         rope = next((r for r in p.system.all_ropes if r.name == name), None)
         law = next((x for x in p.laws if x.name == name), None)
-        driven = ("reference", name) in at and (drive or (rope.winch if rope else True))
+        tugs = isinstance(rope, TuggerLine)
+        driven = ("reference", name) in at and (drive or tugs or (rope.winch if rope else True))
         self.name, self.held = name, list[tuple[str, str]]()
         unit, order = "1", 0
         if driven:
             of = places[at["reference", name]]
             turns = drive and _turns(p, drive.joint, drive.coordinate)
-            unit = "rad" if turns else "m" if drive or rope else "1"
+            unit = "rad" if turns else "N" if tugs else "m" if drive or rope else "1"
             whole = isinstance(rope, RigidRope) or (drive.kind == "prescribed" if drive else not rope and not law)
-            order = 2 if whole else 1 if drive or rope else 0
+            order = 2 if whole else 1 if drive or (rope and not tugs) else 0
             self.places = [int(of[k]) for k in (VALUE, SPEED, ACCELERATION)[: order + 1]]
             if drive and drive.kind == "speed":
                 self.places = self.places[1:]
@@ -299,7 +300,7 @@ def _state_names(p: Program) -> list[str]:
 
 
 def unit_of(p: Program, topic: str, i: int, unit: str) -> str:
-    """Return the unit of the i-th column of a topic such as "joint/velocity"; other topics have the unit `unit`."""
+    """Return the unit of column i of a topic: from its joint for poses, joint positions and speeds, else `unit`."""
     if topic.startswith("pose/"):
         return "m" if i < 3 else "1"
     units: dict[str, list[str]] = {"joint/position": [], "joint/velocity": []}

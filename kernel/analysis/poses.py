@@ -77,9 +77,9 @@ class Poses:
         return dv
 
     def water(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivatives da/dz (n_free, m) and dz'/d(v, z) (m, n_free + m) at pose q (nq,).
+        """Return the derivatives that involve the m memory states of wave radiation (water), at pose q (nq,).
 
-        a: accelerations, v: velocities, z: the m memory states of wave radiation.
+        da/dz (n_free, m) and dz'/d(v, z) (m, n_free + m); a: accelerations, v: velocities, z: memory states.
         """
         p, n = self.simulation.program, len(self.free)
         places = [*p.memory.values()]

@@ -132,7 +132,7 @@ def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym |
 
 
 class OperandCode(Protocol):
-    """Interface of the emitter of scalar code that SIMD operands need.
+    """Interface of a scalar code emitter, as far as the operands of SIMD code use it.
 
     `value`: returns the IR name of a number, which is loaded on first use.
     """

@@ -23,7 +23,7 @@ def is_long(x: Any) -> bool:
 
 
 class VectorEmitter(Protocol):
-    """Interface of a code emitter that `Wide` needs; `head` and `body`: the lines of LLVM IR emitted so far."""
+    """Interface of a code emitter, as far as `Wide` uses it; `head` and `body`: the lines of LLVM IR emitted so far."""
 
     head: list[str]
     body: list[str]

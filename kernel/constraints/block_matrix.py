@@ -115,7 +115,7 @@ class Blockwise(Proximal):
 
 
 class Unsymmetric(Proximal):
-    """Factorisation of a Delassus matrix whose rows exert other wrenches than the transposed Jacobian, as in friction.
+    """Factorisation of an unsymmetric Delassus matrix, as in friction, where wrenches do not follow from the Jacobian.
 
     Traced functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x). `couples`:
     pairs (r, s), r > s, of rows that share a degree of freedom; entries stand for (r, s) and (s, r).
@@ -185,8 +185,9 @@ class OpenTree:
 
 
 def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...]) -> OpenTree:
-    """Return the traced functions of the k-th kind of tree, with constraint rows on its bodies `ends`; `inputs`: sizes
-    of the arguments of its acceleration function."""
+    """Return the traced functions of the k-th kind of tree, with constraint rows on its bodies `ends`.
+
+    `inputs`: sizes of the arguments of its acceleration function."""
     n, free, fixed = tree.v.stop - tree.v.start, tree.free_dofs, tree.prescribed_dofs
     below = [(i, j) for i, path in enumerate(tree.free_paths) if i in free for j in path]
     cross = [(i, j) for i in fixed for j in free if i in tree.dof_paths[j] or j in tree.dof_paths[i]]

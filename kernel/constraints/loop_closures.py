@@ -30,7 +30,7 @@ RATES = 1e-9  # singular value of the velocity columns of a joint below which tw
 
 @dataclass(frozen=True)
 class JointClosure:
-    """A joint that closes a loop: directions of its sides A and B with rates, d = p_B - p_A, in world axes."""
+    """Geometry of a joint that closes a loop, in world axes: directions of sides A and B, rates, d = p_B - p_A."""
 
     a: Array  # rows: axis, second, third
     b: Array

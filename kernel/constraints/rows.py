@@ -61,8 +61,7 @@ class ConstraintRows:
 
     @property
     def movable(self) -> np.ndarray:
-        """Return for each constraint row (n,) whether a force on it causes motion beyond round-off; not in traced
-        code."""
+        """Return for each constraint row (n,), in floats, whether a force on it causes motion beyond round-off."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
@@ -96,7 +95,7 @@ class ConstraintRows:
         return [self._masked(r, s, a) for (r, s), a in zip(pairs, A, strict=True)]
 
     def matrix(self) -> Array:
-        """Return the Delassus matrix G H^-1 G^T (n, n) of all constraint rows, active or not; not in traced code."""
+        """Return the Delassus matrix G H^-1 G^T (n, n) of all constraint rows, active or not, as floats."""
         n = len(self.rows)
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 

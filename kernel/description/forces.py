@@ -358,7 +358,8 @@ class TuggerLine(Element, frozen=True, tag=True):
     """A tugger line from a winch at a to a load at b: a massless rope that the winch keeps at a set tension.
 
     T = tension (1 + spread x / sqrt(1 + x^2)) with x = l' / speed of its length l: the winch pays out at a higher and
-    takes in at a lower tension, which damps the load. Beyond its stroke, `shortest` to `longest`, the run ends.
+    takes in at a lower tension, which damps the load. Beyond its stroke, `shortest` to `longest`, the run ends. With a
+    `rate`, the highest at which orders may change it, the tension is a driven signal.
     """
 
     name: str
@@ -370,8 +371,9 @@ class TuggerLine(Element, frozen=True, tag=True):
     shortest: u.Gap = 0.0
     longest: u.Gap = 0.0  # 0: there is rope enough
     capacity: u.Tension = 0.0  # of winch, rope and attachment; 0: not known
+    rate: u.TensionRate = 0.0  # 0: the winch takes no orders
     hooked: bool = True  # at the start
-    winch = False  # that is given orders
+    winch = False  # that winds a length by orders
     L0 = 0.0  # a winch that has any length
 
     @property

@@ -50,7 +50,7 @@ class Taken(Exception):
 
 
 def imported(where: str, name: str = "") -> ModuleType:
-    """Import a module, or a file.py as the module `name`, as it is now; raises FileNotFoundError if it is missing."""
+    """Import a module, or a file.py as the module `name`; reload it if edited. FileNotFoundError if it is missing."""
     with _lock:
         importlib.invalidate_caches()
         _asked.append(where)

@@ -84,7 +84,7 @@ class ForceLaw(ABC, Generic[F]):
         return self
 
     def signal(self, f: F) -> InputSignal | None:
-        """Return the signal of the force that commands or time histories change; None if there is none."""
+        """Return the force's signal, which commands or time histories change; None if the force has none."""
         signal: InputSignal | None = getattr(f, "signal", None)
         return signal
 

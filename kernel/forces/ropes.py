@@ -41,13 +41,13 @@ def with_rope_masses(system: System) -> System:
 
 
 def not_weighed(weight: Scalar) -> Scalar:
-    """Return the weight [N] of a rope to apply at one end, beyond that of the mass added to the end body."""
+    """Return the part of a rope's weight [N] that must be applied as a force at each end, besides the added masses."""
     # of half the weight, a third of the mass has been added to the end body, which gravity pulls already
     return (WEIGHS - MOVES) * weight
 
 
 def pulls_down(weight: Scalar, x: Array) -> Array:
-    """Return the wrench (6,), about the tree's reference point, of the weight from `not_weighed` at a rope end x."""
+    """Return the wrench (6,) about the tree's reference point of the weight from `not_weighed`, which acts at x."""
     f = -not_weighed(weight)
     return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])
 

@@ -1,14 +1,14 @@
 """Tugger lines: massless lines that a winch keeps at a set tension, within its stroke.
 
-A constant tension has the potential tension * length; the spread of the tension between paying out and taking in only
-dissipates.
+A tension has the potential tension * length, into which an order that changes it brings work; the spread of the tension
+between paying out and taking in only dissipates.
 """
 
 from collections.abc import Hashable
 
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, minimum, select, sqrt
-from heavylift.kernel.description.forces import TuggerLine
+from heavylift.kernel.description.forces import InputSignal, TuggerLine
 
 from .force_law import ForceLaw, LawBreakdown, LawOutput, Poses, SampledQuantity, attachment, wrench
 from .mooring import LineAt
@@ -23,8 +23,13 @@ class TuggerLaw(ForceLaw[TuggerLine]):
         self.demand(f, "spread", f.spread < 1.0, f"is {f.spread:g}; it must be below 1, or the line would push")
         self.demand(f, "b", f.a.body != f.b.body, "is on the body of a; the line has no effect")
 
+    works = True
+
+    def signal(self, f: TuggerLine) -> InputSignal | None:
+        return InputSignal(f.tension, driven=True) if f.rate else None
+
     def shape(self, f: TuggerLine) -> Hashable:
-        return f.longest > 0.0
+        return f.longest > 0.0, f.rate > 0.0
 
     def numbers(self, f: TuggerLine, poses: Poses) -> list[float]:
         a, b = (R @ np.array(end.p) + p for end in (f.a, f.b) for R, p in (poses(end.body),))
@@ -40,6 +45,7 @@ class TuggerLaw(ForceLaw[TuggerLine]):
     ) -> LawOutput:
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(ends[0], p[:3], "a"), attachment(ends[1], p[3:6], "b")
         on, tension, spread, speed, shortest, longest = p[LineAt.HOOKED :]
+        tension, change = signal if f.rate else (tension, 0.0)
         on, s = on > 0.0, p_b - p_a
         length = sqrt(s @ s + TINY)
         u = s * (1.0 / length)
@@ -51,6 +57,7 @@ class TuggerLaw(ForceLaw[TuggerLine]):
         return LawOutput(
             [wrench(x_a, (pull + more) * u), -wrench(x_b, (pull + more) * u)],
             heat=more * rate,
+            work=select(on, change * length, 0.0),
             stored=pull * length,
             guards=[select(on, minimum(left, longest - length) if f.longest > 0.0 else left, 1.0)],
             shown=[pull + more, length],

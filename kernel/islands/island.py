@@ -37,7 +37,7 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Return whether splitting an island at the ropes `loose` pays now; `share`: part of the work that it saves."""
+        """Return whether the wait ends: splitting at the ropes `loose` pays. `share`: part of work that it saves."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose

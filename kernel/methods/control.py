@@ -55,7 +55,7 @@ def still_below(scale: Value, faint: Value) -> Value:
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
-    """Return the limits `grain` and `faint` of step control that follow from the round-off of coordinates q (nq,).
+    """Return the limits below which step control would resolve only the round-off of coordinates q (nq,), by name.
 
     `grain`: smallest useful scale of the tolerance; `faint`: factor on the threshold STILL of rest. `acceleration`:
     function from coordinates to accelerations (nv,). A law that turns a displacement d into an acceleration a

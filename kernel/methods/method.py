@@ -62,7 +62,7 @@ class Evaluated(Protocol):
 
 
 class Rate(Protocol):
-    """The right-hand side of the equations: f(time t, a time in the same profile piece, state y)."""
+    """The right-hand side of the equations at time t and state y; `among`: a time in the same profile piece as t."""
 
     def __call__(self, t: Value, among: Value, y: Value) -> Evaluated: ...
 

@@ -112,11 +112,11 @@ class Balance:
         return self._tolerance > 0.0 and not self._implicit
 
     def begin(self, kinetic: float, parts: np.ndarray) -> None:
-        """Restart the energy balance after an event or command, from kinetic and other energies (parts,) [J]."""
+        """Restart the energy balance after an event or command, from the kinetic energy and the other `parts` [J]."""
         self._start = kinetic, parts
 
     def end(self, kinetic: float, parts: np.ndarray) -> None:
-        """Close the energy balance before an event or command, at kinetic and other energies (parts,) [J]."""
+        """Close the energy balance before an event or command, at the kinetic energy and the other `parts` [J]."""
         before, start = self._start
         changes = parts - start
         # energy that vanished before a switch stays in the sum, or many small losses would pass

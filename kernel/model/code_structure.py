@@ -18,13 +18,13 @@ def structure(program: Program, *method: object) -> str:
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
 
     def of(x: Measured | Threshold) -> object:
-        """Return the body number or coordinate indices that a measured signal or threshold builds into traced code."""
+        """Return the body number or coordinate indices on which the code of a measured signal or threshold depends."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None
 
     def of_signal(h: Threshold) -> object:
-        """Return what traced code depends on in a threshold's formula: quantity, inputs, number of values."""
+        """Return the properties of a threshold on which its traced code depends: quantity, inputs, number of values."""
         wind = forces.index(h.of) if h.quantity == "wind" else None
         bodies = [number(point.body) for point in points(h, s)]
         over = [ropes.index(r) for r in h.ropes], bodies, len(numbers(h, s)), lines(h, s), wind

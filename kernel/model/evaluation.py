@@ -133,7 +133,7 @@ def read_signals(x: Evaluation) -> None:
 
 
 def weigh_rigid_ropes(x: Evaluation) -> None:
-    """Apply the weight of rigid ropes to their end bodies, except the part that masses added to these bodies cover."""
+    """Apply the weight of rigid ropes to their end bodies, less that of the masses added to these bodies."""
     for r in x.program.system.rigid_ropes:
         height: Scalar = 0.0
         if r.mass:

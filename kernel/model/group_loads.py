@@ -63,7 +63,7 @@ class CarriedGroup:
 
 
 def carried_group(h: ScalarSignal, system: System) -> CarriedGroup:
-    """Return the bodies that a base or joint carries, with the ropes that pull at them; h: a signal of it."""
+    """Return the bodies that a base or joint carries, with the ropes that pull at them; h: the load signal."""
     if h.quantity in ON_BASES:
         assert h.point is not None
         own, frame = _connected(system, h.point.body), tuple(moved_point(h.point, tip) for tip in TIPS[:3])
@@ -188,7 +188,7 @@ def joint_moment(x: Any, own: int = 0, each: int = 1) -> Any:
 
 
 def starting_moment(x: Any) -> Any:
-    """Return the moment [N m] about the axis of a joint that starts with the acceleration numbers[0] [rad/s2]."""
+    """Return the moment [N m] about a joint's axis that starts a rotation with the acceleration numbers[0] [rad/s2]."""
     middle, tip = x.places[:2]
     axis, inertia = _less(tip, middle), 0.0
     bodies = x.places[2 : len(x.places) - 2 * sum(x.lines)]

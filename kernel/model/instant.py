@@ -286,9 +286,9 @@ def follow(x: Evaluation) -> None:
 
 
 def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
-    """Return sine and cosine (not normalised) of the tilt of a body's z axis, and sin' cos - sin cos' for its rate.
+    """Return sine and cosine (not normalised) of the tilt of a body's z axis, and a term for the rate of the tilt.
 
-    Tilt towards +y (axis 0, about -x) or +x (axis 1, about +y).
+    The term is sin' cos - sin cos'. Tilt towards +y (axis 0, about -x) or +x (axis 1, about +y).
     """
     w = np.reshape(body[:9], (3, 3))[:, 2]
     dw = cross(body[15:18], w)

@@ -318,7 +318,7 @@ def check_signal(h: ScalarSignal, system: System, label: str) -> None:
     if len(h.numbers) != COUNTS.get(h.quantity, len(h.numbers)):
         raise KernelError(f"{label}: {a} needs {COUNTS[h.quantity]} numbers, not {len(h.numbers)}")
     if h.quantity == "moment" and (len(h.numbers) < 3 or len(h.numbers) % 2 == 0 or min(h.numbers[2::2]) <= 0.0):
-        raise KernelError(f"{label}: a moment needs a chart: a tension, then pairs of radius and tension above zero")
+        raise KernelError(f"{label}: a moment needs a chart as numbers: a tension, then pairs (radius, tension > 0)")
     if h.quantity == "use" and len(h.numbers) != len(h.ropes):
         raise KernelError(
             f"{label}: a utilisation needs a limit for each of {len(h.ropes)} ropes, not {len(h.numbers)}"
@@ -328,7 +328,7 @@ def check_signal(h: ScalarSignal, system: System, label: str) -> None:
         len(h.numbers) < 4 or len(h.numbers) % 2 or min(h.numbers[3::2]) <= 0.0 or not rising
     ):
         raise KernelError(
-            f"{label}: this utilisation needs a chart: two numbers, then pairs of increasing place and load above zero"
+            f"{label}: this utilisation needs a chart: two numbers, then pairs (place, load > 0) with ascending places"
         )
     if h.quantity == "wind" and h.of not in {x.name for x in system.forces}:
         raise KernelError(f"{label}: there is no wind '{h.of}'")

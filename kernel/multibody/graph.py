@@ -137,7 +137,7 @@ class Graph:
         return link.q.start + i, link.v.start + i
 
     def trees(self) -> list[range]:
-        """Return the ranges of link numbers of the trees, one per body on the ground or group that shares water."""
+        """Return the range of link numbers of each tree: one per body on the ground, or per group that shares water."""
         roots = [i for i, k in enumerate(self.links) if k.parent < 0 and not k.body.shared] + [len(self.links)]
         return [range(a, b) for a, b in pairwise(roots)]
 

@@ -54,7 +54,7 @@ def check_locks(system: System, graph: Graph) -> None:
                 f"{where} is moved by the prescribed drive '{placed[joint.name]}'; stop the drive instead"
             )
         if joint.name in taken:
-            raise KernelError(f"{where} already has the lock '{taken[joint.name]}'")
+            raise KernelError(f"{where} already has the lock '{taken[joint.name]}'; remove one of them")
         # a joint cannot be locked and moving at once
         if lock.engaged and any(joint.v0):
             raise KernelError(f"{where} is locked at the start; its initial velocity must be zero")

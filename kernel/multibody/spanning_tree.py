@@ -103,7 +103,7 @@ def _check(j: Joint, acted: Mapping[str, str], carrier: Mapping[str, Joint]) -> 
     other = carrier[j.child].name if j.child in carrier else WORLD
     if j.kind == "free":
         raise KernelError(
-            f"joint '{j.name}': a free joint constrains nothing, and '{other}' carries '{j.child}' already"
+            f"joint '{j.name}': a free joint constrains nothing, and '{other}' carries '{j.child}' already; remove it"
         )
     if j.name in acted:
         raise KernelError(

@@ -235,7 +235,7 @@ def _moving_drive(program: Program, v: np.ndarray) -> str:
 
 
 class LiftRowsView(Protocol):
-    """Interface of the sample rows of one lift, recorded after its events: times [ns], rows, and layout in `method`."""
+    """Interface of the sample rows of one lift, recorded after its events: times [ns] and rows; `method`: layout."""
 
     name: str
     method: Stepping

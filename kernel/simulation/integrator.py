@@ -106,7 +106,7 @@ class Integrator:
         native.set(tentative=0.0)
 
     def new_stretch(self, t_ns: int) -> None:
-        """Begin a new stretch of local time at t_ns: local time is zero there, and peak times are converted."""
+        """Make t_ns the new epoch, at which local time is zero, and convert the times of peaks to it."""
         native = self.native
         # peak times count from the epoch, which moves
         native.X[native.at["peak_time"]] -= (t_ns - native.epoch) * 1e-9

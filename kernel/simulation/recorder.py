@@ -30,7 +30,7 @@ class SampleRecorder:
         return self.number * self.sample_ns
 
     def drain(self) -> None:
-        """Move the sample rows that native code has written to `rows`."""
+        """Move the sample rows from the native table, in which native code wrote them, to `rows`."""
         native = self._native
         if native["row"] > 0.0:
             rows = native.table[: int(native["row"])].copy()
@@ -96,7 +96,7 @@ class SampleRecorder:
         self.rows.append((t_ns, row))
 
     def new_stretch(self) -> None:
-        """Restart the numbers of periodic samples at the epoch, the time of the last event or command."""
+        """Restart the numbering of periodic samples at the epoch, the time of the last event or command."""
         base = self._native.local(self.next_ns)
         self._native.set(t_base=base, t_out=base, dt_out=self.sample_ns * 1e-9, count=0.0)
 

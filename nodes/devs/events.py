@@ -124,7 +124,7 @@ def in_bytes(content: object) -> bytes:
         return content.payload
     if isinstance(content, bytes):
         return content
-    raise NotImplementedError(f"an event carries no {type(content).__name__}")
+    raise NotImplementedError(f"an event cannot carry {type(content).__name__}; send a Message")
 
 
 class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
@@ -233,7 +233,7 @@ class Steppable(Protocol):
         Transitions before `until` are executed too, as long as no event is sent to another node."""
 
     def among(self) -> list[Event]:
-        """Return the node's events since the last call that no other node receives, in total order."""
+        """Return the events sent within the node since the last call, which no other node receives, in total order."""
 
 
 @runtime_checkable

@@ -71,7 +71,7 @@ class Hybrid(Atomic):
 
     def flow(self, x: State) -> Sequence[float]:
         """Return the time derivatives of a hybrid model's state x; if all are zero, the model waits for an input."""
-        raise ModelError("the model defines no flow()")
+        raise ModelError("the model defines no flow(); define it")
 
     def guards(self, x: State) -> Sequence[float]:
         """Return the values of a hybrid model's guards at the state x; an event occurs when one falls through zero.
@@ -82,17 +82,17 @@ class Hybrid(Atomic):
     def tell(self, which: tuple[int, ...]) -> None:
         """Send the output of a hybrid model at an event, before its transition `fell`.
 
-        `which`: indices of the guards that fell through zero; `ahead` is the state at the event."""
+        `which`: indices of the guards that became negative; `ahead` is the state at the event."""
 
     def fell(self, which: tuple[int, ...]) -> None:
         """Make the transition of a hybrid model at an event.
 
-        `which`: indices of the guards that fell through zero; `state` is the state at the event."""
-        raise ModelError("a guard fell, but the model defines no fell()")
+        `which`: indices of the guards that became negative; `state` is the state at the event."""
+        raise ModelError("a guard became negative, but the model defines no fell(); define it")
 
     def heard(self, x: Bag) -> None:
         """Make the transition of a hybrid model for the inputs x; `state` is the present state."""
-        raise ModelError("an input arrived, but the model defines no heard()")
+        raise ModelError("an input arrived, but the model defines no heard(); define it")
 
     def go(self, *x: float) -> None:
         """Set the continuous state of a hybrid model to x at the present time, and schedule its next event."""
@@ -157,8 +157,8 @@ class Hybrid(Atomic):
         if many >= CROWD:
             named = f"guard{'s' * (len(guards) > 1)} {', '.join(map(str, guards))}"
             raise ModelError(
-                f"{named} of guards() fell {many} times, each at most {RESOLVED} ns after the one before: the flow "
-                "leads to the guard's zero from both sides; give the guard hysteresis, or let the model rest there"
+                f"{named} of guards() became negative {many} times, each at most {RESOLVED} ns after the last: the "
+                "flow leads to the guard's zero from both sides; give the guard hysteresis, or let the model rest there"
             )
 
     def external(self, e: int, x: Bag) -> None:
@@ -167,7 +167,7 @@ class Hybrid(Atomic):
         self.heard(x)
 
     def _next(self) -> tuple[State, tuple[int, ...], int]:
-        """Return the state, the guards that fell and the time [ns] of the next event or of the end of the horizon; time
+        """Return the state, the negative guards and the time [ns] of the next event or of the end of the horizon; time
         0 if no event is possible."""
         before = self._guards(self.state)
         if not before or not any(self.flow(self.state)):
@@ -284,7 +284,7 @@ def _steps(flow: Flow, x: State, tolerance: float, longest: float) -> Iterator[_
 def _flowing(flow: Flow, x: State) -> State:
     f = tuple(flow(x))
     if len(f) != len(x):
-        raise ModelError(f"flow() returned {len(f)} numbers for a state of {len(x)}")
+        raise ModelError(f"flow() returned {len(f)} numbers for a state of {len(x)}; return as many")
     return f
 
 

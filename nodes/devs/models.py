@@ -173,7 +173,7 @@ class Atomic(Model):
 
     def external(self, e: int, x: Bag) -> None:
         """Make the external transition: handle the bag x of inputs, which arrives e [ns] after the last transition."""
-        raise ModelError("an input arrived, but the model defines no external()")
+        raise ModelError("an input arrived, but the model defines no external(); define it")
 
     def output(self) -> None:
         """Send the model's outputs at the present logical time; must not change the state.
@@ -182,7 +182,7 @@ class Atomic(Model):
 
     def internal(self) -> None:
         """Make the internal transition at the scheduled logical time."""
-        raise ModelError("the scheduled time came, but the model defines no internal()")
+        raise ModelError("the scheduled time came, but the model defines no internal(); define it")
 
     def result(self) -> Message | None:
         """Return the model's result at the end of a run, or None if it has none; must not change the state."""

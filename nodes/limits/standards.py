@@ -66,7 +66,8 @@ SHARING = {
 
 
 def daf(place: str | None, mass: float) -> tuple[float, str] | None:
-    """Return the dynamic amplification factor for a mass [kg] at a place, and its source; None for an unknown place."""
+    """Return the dynamic amplification factor for a mass [kg] lifted onshore, inshore or offshore, and its source; None
+    for any other place."""
     if place not in DAF:
         return None
     (a, b), *others = DAF[place]

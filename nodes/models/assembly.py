@@ -59,7 +59,7 @@ class Ending(Atomic):
 
 
 class CommanderModel(Coupled):
-    """Coupled model of the commander: its action lists, and the virtual master drive that actuators follow in turns."""
+    """Coupled model of the commander: action lists, and the virtual master drive for turns of the block."""
 
     report, command = In(m.Report), In(m.OperatorCommand)
     stage = Out(m.Stage)

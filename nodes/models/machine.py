@@ -9,7 +9,7 @@ own. Actors have the names of their mechanical elements, and send in the alphabe
 import re
 from dataclasses import replace
 
-from heavylift.kernel.description.forces import Force, RopeForce
+from heavylift.kernel.description.forces import Force, RopeForce, TuggerLine
 from heavylift.kernel.description.mechanics import GROUPS, JOINTS, WORLD, AnyRope, RigidRope, Rope, System, Threshold
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.parts.drive import DriveActor, HeldActor
@@ -17,7 +17,7 @@ from heavylift.nodes.models.parts.gauges import Inclinometer, LoadCell
 from heavylift.nodes.models.parts.messages import Latch as Latched
 from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, Group, JointCoupled, LawModel, RealObject
 from heavylift.nodes.models.parts.rigging import BlockSupports, BrakeActor, JointLockActor, LatchActor, SlingActor
-from heavylift.nodes.models.parts.winch import WinchActor
+from heavylift.nodes.models.parts.winch import SLACK, TuggerActor, WinchActor
 from heavylift.nodes.plan.mechanism import Actuator, BrakeLatch, Cargo, Mechanism
 
 
@@ -145,6 +145,9 @@ class MachineModel(RealObject):
             rigid_ropes=tuple(r for r in parts if isinstance(r, RigidRope)),
             forces=tuple(r for r in parts if isinstance(r, RopeForce)),
         )
+        if isinstance(rope, TuggerLine) and rope.rate:
+            at = self._actuator(rope.name)
+            return TuggerActor(self._name(rope.name), rope.name, laws, start=at.start, lower=at.lower, limits=SLACK)
         if not rope.winch:
             return SlingActor(self._name(rope.name), rope.name, laws)
         at, eye = self._actuator(rope.name), next((h.eye for h in self.mechanism.hooks if h.rope == rope.name), None)

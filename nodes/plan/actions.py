@@ -73,7 +73,7 @@ class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
 
 
 class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
-    """Condition: this many seconds since the beginning of the previous action or, in `until`, of the order."""
+    """Condition: `seconds` have passed since the beginning of the previous action or, in `until`, of the order."""
 
     seconds: float
 

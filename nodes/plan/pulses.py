@@ -57,7 +57,7 @@ def times(
 def profile(
     pulses: int, distance: float | None, speed: float, accel: float, periods: tuple[float, float], start: int
 ) -> Speeds:
-    """Return a speed profile from rest at `start` [ns] over a signed distance or, without one, up to a signed speed."""
+    """Return a speed profile from rest at `start` [ns] to a signed speed, or over a signed distance if one is given."""
     sign = -1.0 if (speed if distance is None else distance) < 0.0 else 1.0
     reached, first, cruise, _ = times(pulses, None if distance is None else abs(distance), abs(speed), accel, periods)
     rising = ramp(pulses, reached, accel, periods[0])

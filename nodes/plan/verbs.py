@@ -7,7 +7,9 @@ A verb that only moves a drive or a winch needs nothing but its row.
 from dataclasses import dataclass
 from typing import Literal
 
-Kind = Literal["hook", "block", "load", "drive", "winch", "sling", "rope", "brake", "lock", "interlock", "lift", "none"]
+Kind = Literal[
+    "hook", "block", "load", "drive", "winch", "tugger", "sling", "rope", "brake", "lock", "interlock", "lift", "none",
+]  # fmt: skip
 Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", "level", "wait", "begin", "own"]
 
 
@@ -20,8 +22,8 @@ class Verb:
     becomes: Becomes
     sign: int = 0
     """Sign of the coordinate's change by this verb, as hoisting shortens a rope; 0: the sign is in the order."""
-    units: Literal["sliding", "turning", "either"] = "sliding"
-    """Whether distance, speed and ramp have units of length, of angle, or of either."""
+    units: Literal["sliding", "turning", "either", "pulling"] = "sliding"
+    """Whether distance, speed and ramp have units of length, of angle, of either, or of force."""
     along: Literal["", "x", "y"] = ""
     """Axis of the crane along which this verb carries the hanging load."""
     engages: bool = False
@@ -44,18 +46,19 @@ VERBS: dict[str, Verb] = {
         Verb("hoist", ("hook", "winch"), "move", sign=-1),
         Verb("lower", ("hook", "winch"), "move", sign=1),
         Verb("drive", ("drive",), "move", units="either"),
+        Verb("pull", ("tugger",), "move", units="pulling"),
         Verb("turn", ("block",), "turn", units="turning"),
         Verb("level", ("block", "load"), "level"),
         Verb("hook", ("hook", "sling", "rope"), "hook"),
-        Verb("unhook", ("hook", "winch", "sling", "rope"), "unhook"),
+        Verb("unhook", ("hook", "winch", "sling", "rope", "tugger"), "unhook"),
         Verb("lock", ("hook", "lock"), "brake", engages=True),
         Verb("unlock", ("hook", "lock"), "brake"),
         Verb("engage", ("brake",), "brake", engages=True),
-        Verb("release", ("brake", "sling", "rope"), "release"),
+        Verb("release", ("brake", "sling", "rope", "tugger"), "release"),
         Verb("bypass", ("interlock",), "brake"),
         Verb("restore", ("interlock",), "brake", engages=True),
-        Verb("stop", ("hook", "drive", "winch"), "stop", units="either"),
-        Verb("hold", ("hook", "drive", "winch"), "stop", units="either", engages=True),
+        Verb("stop", ("hook", "drive", "winch", "tugger"), "stop", units="either"),
+        Verb("hold", ("hook", "drive", "winch", "tugger"), "stop", units="either", engages=True),
         Verb("wait", ("none",), "wait"),
         Verb("begin", ("lift",), "begin"),
     )

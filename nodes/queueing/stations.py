@@ -42,7 +42,7 @@ class SinkStatistics(Message):
 
 
 class Source(NetworkPart):
-    """Sends at most `most` entities, one after each random interval, with priorities drawn by `weights` [1]."""
+    """Sends at most `most` entities (0: no limit) at random intervals, with random priorities by `weights` [1]."""
 
     out = Out(Entity)
 

@@ -67,7 +67,7 @@ class Coefficients:
     depth: float = inf
 
     def about(self, *points: Sequence[float]) -> "Coefficients":
-        """Return the coefficients about the points of the waterline above or below the given points, one for each hull.
+        """Return the coefficients about points on the waterline, vertically above or below the given ones.
 
         The coefficients refer to the given points, the phases of the loads to the origin of the file, before this."""
         T, X = np.eye(6 * len(points)), self.X.copy()  # velocities there, of those on the waterline
@@ -209,10 +209,7 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
 
 def _described(path: Path) -> tuple[list[Still], list[tuple[float, float, float]]]:
     """Return the hulls in a file NAME.out of WAMIT, still without stiffness, and the origins of their axes [m]."""
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise SceneError(f"{path}: {error_text(error)}") from None
+    text = text_of(path)
     number, rows = r"\s+([-+.\dEe]+)", []
     for title, n in (("Volumes .*?:", 3), ("Center of Buoyancy .*?:", 3), ("Center of Gravity .*?:", 3)):
         rows.append([tuple(map(float, found)) for found in re.findall(title + n * number, text)])
@@ -267,19 +264,23 @@ def _modes(table: np.ndarray, path: Path, m: int, *columns: int) -> list[np.ndar
     return found
 
 
+def text_of(path: Path, needed: str = "") -> str:
+    """Return the text of a file; raises SceneError, with what is `needed`, if it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise SceneError(f"{path}: {error_text(error)}{needed}") from None
+
+
 def _table(path: Path, least: int) -> np.ndarray:
     """Return the rows of numbers in a text file, filled with zeros to equal length; a header is left out."""
     rows = []
-    try:
-        for line in path.read_text(encoding="utf-8").splitlines():
-            words = line.split()
-            try:
-                rows.append([float(x.replace("D", "E")) for x in words])
-            except ValueError:
-                if rows:
-                    raise SceneError(f"{path}: '{line.strip()[:40]}' is not a row of numbers") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"{path}: {error_text(error)}") from None
+    for line in text_of(path).splitlines():
+        try:
+            rows.append([float(x.replace("D", "E")) for x in line.split()])
+        except ValueError:
+            if rows:
+                raise SceneError(f"{path}: '{line.strip()[:40]}' is not a row of numbers") from None
     if not (rows := [row for row in rows if row]) or min(map(len, rows)) < least:
         raise SceneError(f"{path}: its rows need at least {least} numbers")
     width = max(map(len, rows))

@@ -11,9 +11,9 @@ import re
 from pathlib import Path
 
 import numpy as np
-from heavylift.kernel.errors import SceneError, error_text
+from heavylift.kernel.errors import SceneError
 
-from .data_files import Coefficients, Still
+from .data_files import Coefficients, Still, text_of
 
 NUMBER = r"[-+]?\d*\.?\d+(?:[eEdD][-+]?\d+)?\.?"
 
@@ -75,11 +75,8 @@ def nemoh(case: Path) -> Coefficients:
 
 
 def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        needed = "; let NEMOH compute the impulse responses, which give it" if path.name == "IRF.tec" else ""
-        raise SceneError(f"{path}: {error_text(error)}{needed}") from None
+    needed = "; let NEMOH compute the impulse responses, which give it" if path.name == "IRF.tec" else ""
+    return text_of(path, needed)
 
 
 def _zones(path: Path) -> list[tuple[str, np.ndarray]]:

@@ -52,7 +52,7 @@ class StateSpace(NamedTuple):
 
 
 class Network(NamedTuple):
-    """A radiation model as a reciprocal network, with the diagonals D, E (n,) and the matrices W (n, n), H (n, m)."""
+    """A radiation model as a reciprocal network: F = [-D W; -W^T -E], G = [H; 0], with diagonals D, E (n,)."""
 
     D: np.ndarray
     W: np.ndarray

@@ -152,7 +152,7 @@ class Weather(Atomic):
         return n
 
     def place(self, hour: int) -> Any:
-        """Return a value that changes whenever a limit is crossed."""
+        """Return the number of limits below the wind speed or wave height in an hour."""
         return bisect_left(self.limits, self.at(hour))
 
     def within(self, hour: int, k: int) -> bool:

@@ -185,7 +185,7 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
 
 
 def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
-    """Return the numbers of at most `rows` rows that keep both ends, and minima and maxima of these columns."""
+    """Return indices of at most `rows` rows: the first, the last, and those of minima and maxima of these columns."""
     n = len(columns[0])
     if n <= rows or rows < 4:
         return np.arange(n)

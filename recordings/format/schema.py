@@ -75,7 +75,7 @@ class Template:
             self._fixed[place] = False
 
     def encode(self, times: Sequence[int], numbers: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return the messages (n, bytes) with these simulation times [ns] and numbers (n, numbers)."""
+        """Return messages of this template (n, bytes), with these simulation times [ns] and numbers (n, numbers)."""
         out = np.tile(self._image, (len(times), 1))
         data, at = np.ascontiguousarray(numbers, "<f8").view(np.uint8).reshape(len(times), -1), 0
         for run in self._runs:
@@ -84,7 +84,7 @@ class Template:
         return out
 
     def decode(self, data: NDArray[np.uint8], *wanted: slice) -> list[NDArray[np.float64]]:
-        """Return the numbers (n, numbers) in messages (n, bytes) from `encode`; raises ValueError for others."""
+        """Return the numbers (n, numbers) in messages of this template (n, bytes); raises ValueError for others."""
         if data.shape[1] != len(self._image) or ((data != self._image) & self._fixed).any():
             raise ValueError(WRONG)
         starts = (self._starts[x] for x in wanted)
@@ -113,7 +113,7 @@ def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Descript
 
 
 def samples_template(fields: Sequence[Field]) -> Template:
-    """Return the template of a run's `heavylift.Samples` messages, with the columns of the fields as their numbers."""
+    """Return the template of a run's `heavylift.Samples` messages, whose numbers are the columns of these fields."""
     message = GetMessageClass(samples_descriptor([field.field for field in fields]))
 
     def build(_: Timestamp, numbers: list[float]) -> Message:

@@ -94,7 +94,7 @@ class Contents:
         self._digest.event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(value))
 
     def end(self) -> None:
-        """Complete rows and digest of the contents, after the last message."""
+        """Add the last rows and all notes to the contents and their digest, after the last message."""
         for lift in self._lifts.values():
             self._add(lift)
         for number, (_, t_ns, sentence) in enumerate(sorted(self._notes, key=lambda note: note[0])):
@@ -146,7 +146,7 @@ class _Lift:
         return min(len(self._waiting[kind]) for kind in self._forms) >= BLOCK
 
     def joined(self) -> tuple[list[int], Floats, Floats | None]:
-        """Return the pending rows: times [ns], numbers, numbers joined with poses (None if poses have other times)."""
+        """Return the pending rows: times [ns], numbers, and numbers with poses (None if poses have other times)."""
         at, parts = list[list[int]](), list[Floats]()
         for kind in sorted((kind for kind in self._forms if self._waiting[kind]), reverse=True):  # samples, then poses
             waiting, self._waiting[kind] = self._waiting[kind], []

@@ -245,7 +245,7 @@ class Recording:
     def blocks(
         self, names: Sequence[str], only: Sequence[int] | None = None
     ) -> Iterator[tuple[list[int], list[Floats]]]:
-        """Yield times [ns] and values of these signals in blocks of some thousand rows, while all have rows.
+        """Yield times [ns] and values of these signals in blocks of some thousand rows, until one signal ends.
 
         Measured signals that are requested together with simulated signals are interpolated at the times of the
         simulation (`Signal.at`). `only`: numbers of the wanted samples, in ascending order.

@@ -47,7 +47,7 @@ class _Viewer(NamedTuple):
 
 
 class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
-    """Server that sends a run in progress to Foxglove and Lichtblick on this machine; a context manager around it."""
+    """Server that sends a run in progress to Foxglove and Lichtblick on this machine; closed as a context manager."""
 
     def __init__(self, name: str, port: int = PORT) -> None:
         """Open the websocket; raises RecordingError if its package is missing or the port is in use."""

@@ -69,7 +69,7 @@ def test_at_rest_the_hoist_rope_carries_the_weight_and_the_slings_share_it() -> 
         assert hanging.tensions[f"legs.sling-{i}"] == pytest.approx(tension, rel=REST)
 
 
-def test_slewing_leaves_the_residual_swing_of_duhamels_integral(tmp_path: Path) -> None:
+def test_slewing_leaves_the_residual_swing_given_by_duhamels_integral(tmp_path: Path) -> None:
     """w'' + w0^2 w = -s'' for small swings, s the path of the tip; what is left turns both ways."""
     rate, ramp, distance = radians(1.0), radians(0.2), radians(40.0)
     freed = ("legs: unhook", "jib main: hoist 10 m/min by 10 m")

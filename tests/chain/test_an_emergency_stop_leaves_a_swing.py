@@ -35,7 +35,7 @@ def test_in_an_emergency_stop_every_moving_axis_uses_its_own_deceleration(stoppe
     assert distance == pytest.approx(V * (30.0 - V / RAMP / 2) + V**2 / (2 * EMERGENCY), abs=2e-3)
 
 
-def test_the_swing_after_an_emergency_stop_is_that_of_duhamels_integral(stopped: Recording) -> None:
+def test_the_swing_after_an_emergency_stop_is_that_given_by_duhamels_integral(stopped: Recording) -> None:
     """w'' + w0^2 w = -s'': what is left of the ramp of the start and of the stop, w0 as it swings at the end."""
     begun = {name: t for t, name in stopped.stages()}
     pose = stopped["pose/block"]

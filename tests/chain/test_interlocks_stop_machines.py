@@ -59,7 +59,7 @@ def test_the_load_chart_interlock_stops_the_boom_at_the_last_allowed_radius(whol
     assert degrees(before) == pytest.approx(degrees(acos((RADIUS - FOOT) / BOOM)), abs=AHEAD)
 
 
-def test_after_luffing_in_resets_the_load_chart_interlock_the_module_can_be_set_down(whole: Recording) -> None:
+def test_luffing_in_resets_the_load_chart_interlock_so_that_the_module_can_be_set_down(whole: Recording) -> None:
     trips = [(value["over"], value["bypassed"]) for _, value in said(whole, "Tripped")]
     assert trips[0] == (True, False)
     assert trips[-1] == (False, False)

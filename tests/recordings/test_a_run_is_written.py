@@ -210,7 +210,7 @@ def test_changed_rope_lines_are_recorded_from_their_stated_time_on(begin: Begin,
     assert sizes[1] < sizes[2] == sizes[-1]
 
 
-def test_protocol_messages_are_logged_at_the_time_reached_and_published_at_their_own_time(
+def test_a_protocol_message_is_logged_at_the_time_reached_by_the_recording_and_published_at_its_own_time(
     begin: Begin, stage: Stage
 ) -> None:
     rec = begin()

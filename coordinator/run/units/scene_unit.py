@@ -116,8 +116,9 @@ class SteppedScene:
             get = partial(self._value, one)
             yield UnitVariable(name, "parameter", unit, get, partial(self._set_value, one))
         turning = _turning(self._scene.plan)
+        tugs = {line.name for machine in self._scene.plan.machines for line in machine.system.tugger_lines}
         for actuator in self.run.speeds:
-            unit = "rad/s" if actuator in turning else "m/s"
+            unit = "rad/s" if actuator in turning else "N/s" if actuator in tugs else "m/s"
             get = partial(lambda name: self.run.speeds[name], actuator)
             yield UnitVariable(f"speed.{actuator}", "input", unit, get, partial(self._set_speed, actuator))
         if self._kept.wind:

@@ -1,5 +1,5 @@
-"""Contact candidates: for each pair of shapes a fixed list of places that could touch, each with a witness function:
-the gap, positive while the shapes are apart there.
+"""Contact candidates: for each pair of shapes a fixed list of places that could touch, each with a gap
+function: the signed distance, positive while the shapes are apart there.
 
 ball - plane, ball - ball     one candidate
 box - plane                   its 8 vertices
@@ -8,17 +8,17 @@ box - box                     16 vertices in the other box; 144 pairs of edges
 
 A ball is (centre, radius), a box (centre, axes as rows, half edges), a plane (point, normal), in its body's frame.
 
-The witness of a vertex is its distance from the surface of the other box (the largest over the three axes), so no test
-of a foot point is needed. The border of a face belongs to the face: above the face that separates two overlapping boxes
-most, the witness is the height above that face; otherwise boxes of equal width, whose vertices meet border on border,
+The gap of a vertex is its signed distance from the other box (the largest over the three axes), so no test of a foot
+point is needed. The border of a face belongs to the face: above the face that separates two overlapping boxes
+most, the gap is the height above that face; otherwise boxes of equal width, whose vertices meet border on border,
 would pass through each other. Of the 12 x 12 pairs of edges only those count that cross within both edges and whose gap
 equals the separation of the boxes along their direction of largest separation (Gottschalk, Lin, Manocha, SIGGRAPH 1996:
 15 directions decide): convex bodies touch nowhere else. The others have the value `APART`. The code has no branches.
 
-Each witness comes with its rate: a candidate that has just been left is zero within round-off, and touches again only
+Each gap comes with its rate: a candidate that has just been left is zero within round-off, and touches again only
 when it is negative and falling.
 
-Bound of a step, so that two shapes do not pass through each other unseen between two stages: a witness is negative from
+Bound of a step, so that two shapes do not pass through each other unseen between two stages: a gap is negative from
 the touch until the centres have passed (of a vertex: until the middle of the box), which takes at least the smallest
 half extents at the largest possible closing speed. A step is no longer than that, plus half of the time in which the
 bounding spheres can meet (conservative advancement: Mirtich, thesis, Berkeley 1996, section 2.3). Nothing passes
@@ -35,9 +35,9 @@ from heavylift.kernel.description.contacts import Ball, Contact, Plane, Shape
 
 from .frames import Side
 
-Witness = tuple[Scalar, Scalar]  # gap [m], its rate [m/s]
+Gap = tuple[Scalar, Scalar]  # gap [m], its rate [m/s]
 
-APART = 1.0  # [m] witness of a candidate that does not count
+APART = 1.0  # [m] gap of a candidate that does not count
 CROSSING = 1e-3  # sine of the angle below which two edges are parallel
 BORDER = 5e-10  # [m] beyond a face up to which its border reaches; within this, a place is not yet left
 NEAR = 1e-6  # [m] to which a gap is that of the direction that separates two boxes most
@@ -63,7 +63,7 @@ class OrientedBox:
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
 
-    def depth(self, x: Array, body: Side) -> Witness:
+    def depth(self, x: Array, body: Side) -> Gap:
         """Return the largest distance [m] over the axes by which a point of `body` is outside the box, and its rate."""
         s, v = self.outside(x, body)
         # the largest over three axes: negative inside; the maximum is the nearer face's distance
@@ -71,12 +71,10 @@ class OrientedBox:
         gap, rate = select(first, s[0], s[1]), select(first, v[0], v[1])
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
-    def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
+    def height(self, x: Array, body: Side, faces: list[Scalar]) -> Gap:
         """Return the gap [m] between a point of `body` and a face of the box, and its rate.
 
         Beside the face, the result of `depth`. `faces`: one flag per axis of the box, true for that of the face.
-
-        `faces`: one flag per axis of the box, true for that of the face.
         """
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
@@ -87,15 +85,15 @@ class OrientedBox:
         return gap, rate
 
 
-def ball_plane(ball: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witness (gap function) of a ball of body A and a plane (point, normal) of body B."""
+def ball_plane(ball: Array, plane: Array, A: Array, B: Array) -> list[Gap]:
+    """Return the gap function (signed distance, rate) of a ball of body A and a plane (point, normal) of body B."""
     a, b = Side(A), Side(B)
     c, n = a.place(ball[:3]), b.R @ plane[3:6]
     return [(n @ (c - b.place(plane[:3])) - ball[3], n @ (a.velocity(c) - b.velocity(c)))]
 
 
-def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witness (gap function) of two balls."""
+def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Gap]:
+    """Return the gap function (signed distance, rate) of two balls."""
     a, b = Side(A), Side(B)
     p, q = a.place(first[:3]), b.place(second[:3])
     d = p - q
@@ -103,8 +101,11 @@ def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
     return [(size - first[3] - second[3], d @ (a.velocity(p) - b.velocity(q)) * (1.0 / size))]
 
 
-def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witness (gap function) of a ball of body A and the nearest face, edge or corner of a box of body B."""
+def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Gap]:
+    """Return the gap function (signed distance, rate) of a ball of body A and the nearest point of a box of body B.
+
+    That point is on a face, an edge or a corner.
+    """
     a, b = Side(A), OrientedBox(box, B)
     c = a.place(ball[:3])
     d = b.axes @ (c - b.c)
@@ -118,18 +119,18 @@ def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
     return [(select(gap > 0.0, size, gap) - ball[3], select(gap > 0.0, v, rate))]
 
 
-def box_plane(box: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witnesses (gap functions) of the vertices of a box of body A above a plane of body B."""
+def box_plane(box: Array, plane: Array, A: Array, B: Array) -> list[Gap]:
+    """Return the gap functions of the vertices of a box of body A above a plane of body B."""
     return [w for x in OrientedBox(box, A).vertices() for w in _above(x, plane, Side(A), Side(B))]
 
 
-def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
+def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Gap]:
     n = b.R @ plane[3:6]
     return [(n @ (x - b.place(plane[:3])), n @ (a.velocity(x) - b.velocity(x)))]
 
 
-def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witnesses (gap functions) of two boxes: vertices of A in B, vertices of B in A, then pairs of edges.
+def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Gap]:
+    """Return the gap functions of two boxes: vertices of A in B, vertices of B in A, then pairs of edges.
 
     Edges a_i of A and b_j of B.
     """
@@ -192,7 +193,7 @@ def edge(box: OrientedBox, i: int, signs: tuple[float, float]) -> Any:
     return box.c + signs[0] * box.h[k] * box.axes[k] + signs[1] * box.h[l] * box.axes[l]
 
 
-def _edges(a: OrientedBox, b: OrientedBox, x: Direction, most: Scalar) -> list[Witness]:
+def _edges(a: OrientedBox, b: OrientedBox, x: Direction, most: Scalar) -> list[Gap]:
     """Return the witnesses of the pairs of crossing edges along whose common normal the boxes are separated most. All
     is linear in the midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n."""
     along, across = a.axes[x.i], b.axes[x.j]

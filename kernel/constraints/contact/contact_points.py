@@ -119,7 +119,7 @@ class ContactPointRows:
         return out
 
     def watched(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[Scalar]:
-        """Return the guards of all possible touching points: negative once the shapes touch there, 1 in contact."""
+        """Return the guards of all possible touching points: negative once the shapes touch there, 1 during contact."""
         out: list[Scalar] = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)

@@ -110,7 +110,10 @@ def edge(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def corner(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the contact frame of a ball of A on a corner of B; `along` exceeds 1 where the ball reaches an edge."""
+    """Return the contact frame of a ball of A on a corner of a box of B.
+
+    Its field `along` exceeds 1 once the ball has moved on to an edge or a face.
+    """
     axes = np.reshape(p[7:16], (3, 3))
     f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
     outward = [f.F[0] @ (Side(B).R @ e) for e in axes]

@@ -17,7 +17,7 @@ from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Sha
 from heavylift.kernel.errors import KernelError
 
 from . import candidates, frames
-from .candidates import SIGNS, VERTICES, OrientedBox as BoxAt, Witness, edge
+from .candidates import SIGNS, VERTICES, Gap, OrientedBox as BoxAt, edge
 from .frames import BALLS, CORNER, EDGE, EDGES, FACE, ContactFrame, Side
 
 HELD = 19  # numbers of what a slot holds: kind, those of its frame, half widths of the face or edges
@@ -36,7 +36,7 @@ class ContactPair:
 
     candidates: int
     slots: int
-    watch: Callable[[Array, Array, Array, Array], list[Witness]]  # (a, b, A, B) -> gap functions
+    watch: Callable[[Array, Array, Array, Array], list[Gap]]  # (a, b, A, B) -> gap functions
     frame: Callable[[Array, Array, Array], ContactFrame]  # (h, A, B) -> frame of a touching point
     hold: Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], list[float]]  # candidate, a, b, A, B -> (19,)
 

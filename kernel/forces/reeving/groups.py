@@ -30,7 +30,7 @@ FREE = 2.0  # mode of a sheave of a slack rope
 
 
 class Groups:
-    """Strain of each part of a rope and flow over each sheave, for sheaves that stick or slip as `modes` states."""
+    """Strain of each part of a rope and flow over each sheave; `modes`: whether the rope sticks or slips on each."""
 
     def __init__(
         self,

@@ -200,9 +200,10 @@ def _part(a: SheavePoint, b: SheavePoint, turning: bool) -> RopeSegment:
 
 
 def turn(x: SheavePoint, plane: Array) -> Any:
-    """Return the angle [rad] from a sheave's dividing direction to the point where a rope part touches the sheave.
+    """Return the angle [rad], about a sheave's axis, of the point where a rope part touches the sheave.
 
-    Within half a turn; `plane`: direction of the rope part in the plane of the sheave.
+    Measured from the direction at which the arc is divided (see the module), within half a turn; `plane`: direction of
+    the rope part in the plane of the sheave.
     """
     w = cross(plane, x.axis)
     return atan2(x.axis @ cross(x.divide, w), x.divide @ w)

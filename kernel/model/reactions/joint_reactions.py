@@ -44,7 +44,7 @@ class Indeterminacy:
     lever: float  # [m] a moment counts as a force on it
 
     def least(self, given: Mapping[Key, float]) -> dict[Key, float]:
-        """Return the undetermined components with the least norm, computed from any solution `given` of them."""
+        """Return the least-norm values of the undetermined components; `given`: their values in any solution."""
         keys = list(self.patterns)
         scales = [1.0 if kind == "joint" and i >= 3 else self.lever for kind, _, i in keys]
         distances = [

@@ -90,7 +90,10 @@ def rounded_each(x: np.ndarray) -> np.ndarray:
 
 
 def rigid_motions(nodes: np.ndarray) -> np.ndarray:
-    """Return the velocities of nodes (n, 3) in the six rigid motions, as columns (6n, 6): B_0 of (2) in `tracks`."""
+    """Return the velocities of nodes (n, 3) in the six rigid motions, as columns (6n, 6).
+
+    B_0 of equation (2) in `tracks`.
+    """
     B = np.zeros((len(nodes), 6, 6))
     for j, X in enumerate(nodes):
         B[j, :3, :3] = -skew(X)

@@ -171,7 +171,9 @@ def _modes_of(name: str, flexible: Flexible) -> FlexibleModes:
         if not x > NODE * stiffness.max():
             raise _loose(name, k + 1)
     if flexible.start and len(flexible.start) != len(mass):
-        raise KernelError(f"body '{name}': {len(flexible.start)} start coordinates are given for {len(mass)} modes")
+        raise KernelError(
+            f"body '{name}': {len(flexible.start)} start coordinates are given for {len(mass)} modes; give one each"
+        )
     damping = 2.0 * flexible.damping * np.sqrt(mass * stiffness)
     return FlexibleModes(name, flexible, nodes, M, shapes, *(rounded_each(x) for x in (mass, stiffness, damping)))
 
@@ -198,7 +200,9 @@ def _shapes(
         rigid = orthonormal(rigid, times(M_f, rigid))[0]
         n = len(free) - rigid.shape[1]
         if n < flexible.modes:
-            raise KernelError(f"body '{name}': {flexible.modes} modes are requested, but its model has only {n}")
+            raise KernelError(
+                f"body '{name}': {flexible.modes} modes are requested, but its model has only {n}; request fewer"
+            )
         try:
             basis = eigenmodes(M_f, K_f, flexible.modes, rigid)
         except ZeroDivisionError:

@@ -57,7 +57,10 @@ class Limbs:
         self._trunk = [i for i in range(len(tree.bodies)) if i not in gone]
 
     def place(self, tree: Tree, q: Array, v: Array, ends: Sequence[int], a_ref: Scalars) -> dict[int, Array]:
-        """Return the 21 numbers (see `attachment`) of each body on which laws act; `tree` has the numerical values."""
+        """Return pose and velocity of each body on which laws act, as 21 numbers (see `attachment`).
+
+        `tree` has the numerical values.
+        """
         trunk = _part(tree, self._trunk)
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), 0.0, a_ref)
         at = {i: n for n, i in enumerate(self._trunk)}

@@ -23,7 +23,7 @@ ROUNDS = 4  # of Newton, from the highest node
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Initialise the detection of tension maxima; a point extrapolated to before the start is the previous step."""
+    """Initialise the detection of tension maxima; a point extrapolated backwards serves as previous step."""
     # a point on the tangent before the start: two earlier ends are needed to bound a bend
     s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead.T
     s.steep = s.hilly = 0.0

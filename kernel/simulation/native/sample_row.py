@@ -224,7 +224,7 @@ def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
 
 
 def kick(s: StepState, P: Value, f: Function) -> None:
-    """Apply the impulses in the work block [N s] to the state in this block."""
+    """Apply the impulses [N s] stored in the work block to the state y, which is stored there, too."""
     s.y = f(t=[s.t], y=s.y, P=P, x=s.impulse).after
 
 

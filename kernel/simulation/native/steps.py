@@ -92,7 +92,7 @@ def bounded(h: Value, r: Evaluated) -> Value:
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Return 1 s plus the first local time at which a fixed step was too long to notice shapes passing; 0 if none was.
+    """Return 1 s plus the first local time at which a fixed step was too long to detect passing shapes; 0 if none was.
 
     Local time; negative if a note about it was already added.
     """

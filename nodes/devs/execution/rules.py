@@ -61,7 +61,7 @@ class MicrostepLimit:
 
 
 def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:
-    """Raise a ModelError for an exception in a model's function; one that ends the program is raised unchanged."""
+    """Raise a ModelError for an exception in a model's function, but re-raise one that ends the program."""
     ends = not isinstance(error, Exception) and type(error).__module__.startswith("heavylift.")
     if ends or isinstance(error, KeyboardInterrupt):
         raise error
@@ -218,8 +218,9 @@ def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
 
 
 def thawed(snapshot: bytes, former: Sequence[Model]) -> tuple[list[Model], Instant, Staged]:
-    """Return the model trees of a snapshot, their last logical time and undelivered inputs; `former`: trees
-    replaced."""
+    """Return the model trees of a snapshot, the logical time of their last transition, and their undelivered inputs.
+
+    `former`: the model trees that they replace."""
     try:
         parts = msgspec.msgpack.decode(snapshot, type=list[bytes])
         found: list[Any] = [canonical.thawed(part, _around(m)) for part, m in zip(parts, former, strict=True)]

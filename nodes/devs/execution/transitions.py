@@ -157,7 +157,7 @@ class Border:
         NEVER if none does."""
 
     def quiet(self, tag: Tag) -> Tag:
-        """Return the earliest logical time after `tag` at which an event can leave the node; none leaves at `tag`."""
+        """Return the earliest logical time after `tag` at which an event can leave the node if no input arrives."""
         # nothing leaves at `tag`: by lookahead, or the next tag at which an atomic with outgoing ports is due
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:
@@ -177,7 +177,7 @@ class Border:
 
 
 def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
-    """Raise ModelError if an output is sent sooner after it was scheduled than its port's lookahead allows."""
+    """Raise ModelError if an output follows its scheduling transition sooner than its port's lookahead allows."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
             # counted from the transition that scheduled the output: what had been scheduled before bounds nothing
@@ -200,7 +200,7 @@ class Observed:
         self._among: list[Said] = []
 
     def among(self) -> list[Said]:
-        """Return the outputs recorded since the last call; some of them have a receiver in this node or none at all."""
+        """Return the outputs recorded since the last call, including those without a receiver in another node."""
         noted, self._among = self._among, []
         return noted
 

@@ -136,7 +136,7 @@ def holds(condition: scene.Condition, state: ObservedState, moment: EvaluationCo
 
 
 def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> list[int]:
-    """Return the future times [ns] at which the condition can become true without a report."""
+    """Return the future times [ns] at which the condition can become true merely by lapse of time."""
     times = [
         moment.since_ns + seconds(term.seconds) for term in terms(condition) if isinstance(term, scene.AfterCondition)
     ]

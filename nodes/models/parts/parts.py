@@ -72,7 +72,7 @@ class BodyAtomic(Part):
 
 
 class Actor(Part):
-    """Exerts forces on its body or joint, by the laws that it declares."""
+    """Base class of atomic models that declare force laws on a body or joint."""
 
 
 class LawModel(Actor):

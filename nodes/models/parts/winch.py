@@ -1,14 +1,27 @@
-"""Winches: drives that wind ropes, with their upper limit switches."""
+"""Winches: drives that wind ropes, with their upper limit switches, and those that keep a tugger line at a tension."""
 
 from collections.abc import Mapping
 
 from heavylift.kernel.description.mechanics import System, Threshold
+from heavylift.nodes.plan.actions import UnhookSling
 
 from . import messages as m
 from .drive import DriveActor
 
 SWITCH_BACK = 0.1  # an upper limit switch closes again this far below [m]
 UPPER, HOISTING = "upper limit", -1
+SLACK = "no tension", "no tension"
+
+
+class TuggerActor(DriveActor):
+    """Actor of a tugger line with a winch that takes orders: its coordinate is the tension [N]."""
+
+    def execute(self, order: m.Order) -> None:
+        """Change the tension of the line, or release the line."""
+        if isinstance(order.what, UnhookSling):
+            self.say(m.Unhook(self.element), m.Unhooked(self.element), m.Done(self.element, order.id))
+        else:
+            super().execute(order)
 
 
 class WinchActor(DriveActor):

@@ -50,8 +50,9 @@ class Findings:
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
-        """Add the errors that a check found. `where`: line of the action that causes the errors, which is reported
-        instead of the place of the subject."""
+        """Add the errors that a check found.
+
+        `where`: line of the action that causes the errors, reported instead of the place of the subject."""
         for subject, place, message in violations:
             if (check, subject) in self.seen:
                 continue

@@ -24,6 +24,7 @@ from .checking import Checking
 from .scene_builder import ramp_of
 
 TOUCH = 1e-6  # [m, rad]
+EASES = 0.5  # [s] in which the tension of a tugger line reaches its highest rate
 KINDS = {"springs": k.JointSpring, "stops": k.Stop, "brakes": k.Brake, "locks": k.Lock, "drives": k.Drive}
 
 
@@ -129,7 +130,7 @@ def _place(checks: Checking, drive: mechanics.DriveKeys, x: float | None) -> str
 
 
 def actuators(checks: Checking) -> list[plan.Actuator]:
-    """Return the drives and winches of a mechanism, with their start, ramp and end positions."""
+    """Return the drives, winches and tugger lines of a mechanism, with their start, ramp and end positions."""
     found = []
     for name, drive in checks.given.drives.items():
         lower, upper = drive.range or (None, None)
@@ -154,6 +155,11 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
             found.append(
                 plan.Actuator(name=name, start=rope.length, accel=winch.ramp, lower=lower, upper=upper, where=where)
             )
+    for name, line in checks.given.forces.items():
+        rate, start = (getattr(line, key, 0.0) for key in ("rate", "tension"))
+        if rate:
+            where, accel = checks.source.where((*checks.base, "forces", name)), rate / EASES
+            found.append(plan.Actuator(name=name, start=start, accel=accel, lower=0.0, speed=rate, where=where))
     return found
 
 

@@ -123,7 +123,7 @@ class Levelling:
 
 
 def apart(places: Sequence[tuple[Vector, float]], turned: float) -> tuple[Vector, Vector] | None:
-    """Return the centre of the lugs that the moving hooks raise and that of the other lugs; None if they are too close.
+    """Return the centres of the lugs that the moving hooks raise and of all other lugs; None if both are too close.
 
     The first centre is moved vertically to where it is when the block is level at the angle `turned` [rad]. `places`:
     each lug with the share (0 to 1) by which it rises with the hooks.

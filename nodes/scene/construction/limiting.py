@@ -200,7 +200,7 @@ def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
         where = builder.source.where(("mechanism", "forces", x.name))
         yield RatedLimit(
             subject=x.name, quantity="rope tension", unit="N", elements=(x.name,), value=x.capacity, source="the scene",
-            note=f"set to {x.tension / 1e3:.6g} kN", where=where,
+            note=f"set to {x.tension / 1e3:.6g} kN{' at first' if x.rate else ''}", where=where,
         )  # fmt: skip
     rated = {*builder.scene.limits.ropes, *slings, *hooks, *moored, *(x.name for x in tugged)}
     for name in (name for name in known if name not in rated):

@@ -192,7 +192,7 @@ WIND = "wind"
 
 
 def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
-    """Build the mechanisms in order, each acting on the lift and on earlier ones; errors are added to the scene."""
+    """Build the mechanisms in order; each may act on the lift and on those before it. Errors go to the scene."""
     source, scene = builder.source, builder.scene
     done = [machine.name for machine in builder.cranes]
     bases: dict[Path, Parts[Any]] = {
@@ -257,8 +257,8 @@ def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mecha
 
 
 def block_alone(scene: Scene) -> bool:
-    """Return whether a scene consists of one block and of cranes with frames, none of which is built from the block's
-    centre of mass."""
+    """Return whether only frames and cranes that carry them are built beside the block, all independent of its centre
+    of mass."""
     others = scene.mechanism, scene.wind, scene.rigging, scene.blocks, scene.vessels, scene.obstacles, scene.floor
     carrying = {beam.hook.split()[0] for beam in scene.rig.beams.values()} if scene.rig else set()
     return bool(scene.block) and not any((*others, scene.edges, scene.fenders)) and {*scene.machines} <= carrying

@@ -196,7 +196,7 @@ class _Resolver:
             case "stop":
                 return self._stops(path, found, phrase, where)
             case "brake" | "release":
-                if found[0].kind in ("sling", "rope"):
+                if found[0].kind in ("sling", "rope", "tugger"):
                     return [actions.UnhookSling(sling=a.name, parted=True, where=where) for a in found]
                 locks = {m.name: [latch.brake for latch in m.latches] for m in self.yard.machines}
                 brakes = ((a.beam or a.model, b) for a in found for b in (locks[a.beam] if a.beam else [a.name]))
@@ -219,8 +219,11 @@ class _Resolver:
         if phrase.turning != actor.turns:
             self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
         elif actor.speed is not None and phrase.speed > actor.speed * (1.0 + ROUNDING):
-            most = (units.RATE if actor.turns else units.SPEED).show(actor.speed)
+            of = units.RATE if actor.turns else units.TENSION_RATE if actor.kind == "tugger" else units.SPEED
+            most = of.show(actor.speed)
             self.source.fault(path, f"'{actor.name}' can {phrase.verb} at {most} at most")
+        if actor.kind == "tugger" and (phrase.to or 0.0) < 0.0:
+            self.source.fault(path, f"'{actor.name}' is a line, which cannot push: order a tension of 0 kN or more")
         sign = float(VERBS[phrase.verb].sign or 1)
         endless = phrase.by is None and phrase.to is None and not phrase.above
         ramp, pulses = ramp_of(phrase.ramp) if phrase.ramp else (actor.accel, actor.pulses)
@@ -266,7 +269,9 @@ class _Resolver:
     ) -> list[actions.Order]:
         given = phrase.ramp if isinstance(phrase.ramp, float) else None
         for actor in found if given else ():
-            if phrase.turning != actor.turns:
+            if actor.kind == "tugger":
+                self.source.fault(path, f"'{actor.name}' stops at the rate of its order: leave 'ramp' out")
+            elif phrase.turning != actor.turns:
                 self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
         return [
             actions.StopOrder(model=a.model, actuator=a.name, accel=given or a.emergency, where=where) for a in found
@@ -316,7 +321,7 @@ class _Resolver:
         return orders
 
     def _slings_of(self, actor: OrderTarget) -> list[str]:
-        if actor.kind in ("sling", "rope"):
+        if actor.kind in ("sling", "rope", "tugger"):
             return [actor.name]
         if actor.beam:
             return [tie.rope for tie in self.yard.slings(actor.beam)]

@@ -79,6 +79,7 @@ def _of_machine(table: dict[str, tuple[OrderTarget, ...]], machine: plan.Mechani
     """Add the targets of a machine. The name of the machine itself accepts the verbs of its drives, and those of its
     hook if it has only one. `on_hook`: frames on hooks, whose names are targets as well."""
     drives = {drive.name for drive in machine.system.drives}
+    tugs = {line.name for line in machine.system.tugger_lines}
     angular = turning(machine.system)
     plurals = dict[str, list[OrderTarget]]()
     words = ["", *CALLED.values()]  # drives in their order, then winches
@@ -86,7 +87,7 @@ def _of_machine(table: dict[str, tuple[OrderTarget, ...]], machine: plan.Mechani
         machine.actuators, key=lambda x: (x.name not in drives, words.index(called_of(x.name)[1]), natural(x.name))
     ):
         frame, turns = on_hook.get(by.name, ""), by.name in angular
-        kind: Kind = "drive" if by.name in drives else "hook" if frame else "winch"
+        kind: Kind = "drive" if by.name in drives else "tugger" if by.name in tugs else "hook" if frame else "winch"
         actor = OrderTarget(
             kind, machine.name, by.name, by.accel, frame, turns, by.pulses, by.verb, by.speed, by.emergency, by.loaded
         )
@@ -96,7 +97,7 @@ def _of_machine(table: dict[str, tuple[OrderTarget, ...]], machine: plan.Mechani
             table[other] = (actor,)
         if called:
             plurals.setdefault(f"{called}s", []).append(actor)
-    for rope in (rope for rope in machine.system.all_ropes if not rope.winch):
+    for rope in (rope for rope in machine.system.all_ropes if not rope.winch and rope.name not in table):
         table[rope.name] = (OrderTarget("rope", machine.name, rope.name),)
     for brake in machine.system.brakes:
         table[brake.name] = (OrderTarget("brake", machine.name, brake.name),)

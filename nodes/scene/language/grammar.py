@@ -87,10 +87,11 @@ def _order(r: PhraseReader) -> OrderPhrase:
 
 
 def _motion(r: PhraseReader, verb: Verb) -> OrderPhrase:
-    turning = verb.units == "turning" or (verb.units == "either" and r.turning)
-    speed = r.positive(units.RATE if turning else units.SPEED)
-    stroke = units.ANGLE if turning else units.LENGTH
-    ramp = _ramp(r, units.ANGULAR_ACCELERATION if turning else units.ACCELERATION) if r.take("ramp") else None
+    turning, pulls = verb.units == "turning" or (verb.units == "either" and r.turning), verb.units == "pulling"
+    speed = r.positive(units.TENSION_RATE if pulls else units.RATE if turning else units.SPEED)
+    stroke = units.FORCE if pulls else units.ANGLE if turning else units.LENGTH
+    ramps = units.ANGULAR_ACCELERATION if turning else units.ACCELERATION
+    ramp = _ramp(r, ramps) if not pulls and r.take("ramp") else None
     if isinstance(ramp, SwingRamp) and verb.becomes == "turn":
         raise r.error("in a turn the hooks move on arcs, where every ramp causes swing: write an acceleration")
     goals = ("to",) if verb.becomes == "turn" else ("by", "to", "until")
@@ -100,7 +101,7 @@ def _motion(r: PhraseReader, verb: Verb) -> OrderPhrase:
         order = replace(order, until=_condition(r))
     elif word == "by":
         order = replace(order, by=r.positive(stroke) if verb.sign else r.quantity(stroke), until=_or_until(r))
-    elif verb.becomes == "move" and not verb.sign and r.take("above"):
+    elif verb.becomes == "move" and not verb.sign and not pulls and r.take("above"):
         order = replace(order, above=_lugs(r, "above"), until=_or_until(r))
     else:
         to = r.quantity(stroke)

@@ -1,12 +1,13 @@
 """The phrase language of the action list: phrases to the right of `target:`, `when:` and `until`.
 
-    order      = motion | turn | level | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
+    order      = motion | pull | turn | level | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
                | "engage" | "release" | "stop" ["ramp" acceleration] | "hold" ["height"]
                | "bypass" | "restore" | "wait" time | "begin"
     motion     = ("travel" | "traverse" | "slew" | "luff" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
                  | "to" (position ["of rope"] | "above" "[" lug {"," lug} "]") ["or" "until" condition]
                  | "until" condition ) ["together"]
+    pull       = "pull" rate of tension ("by" force | "to" force | "until" condition) ["or" "until" condition]
     ramp       = acceleration ["in two pulses"] | "one swing"
     turn       = "turn" rate ["ramp" acceleration] "to" angle ["or" "until" condition]
     level      = "level" speed "within" angle ["at" angle] "with" hook {"," hook}

@@ -200,7 +200,7 @@ class _Arithmetic(Reader):
             return Value(float(atan2(first, values[1].number)), ANGLE)
         if name == "sqrt":
             if first < 0.0 or any(x % 2 for x in exponents):
-                raise ExpressionError("the square root of this value does not exist", at)
+                raise ExpressionError("this value has no square root: it is negative, or its unit is not a square", at)
             kg, m, s, rad = (x // 2 for x in exponents)
             return Value(math.sqrt(first), (kg, m, s, rad))
         return self._turned(name, values[0], at)

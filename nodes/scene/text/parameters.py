@@ -23,7 +23,7 @@ class Parameters:
         return self.given.get(name, self.values[name])
 
     def computed(self, text: str) -> Data:
-        """Return the result of an expression, given without its `=`; a parameter that is no number is unchanged."""
+        """Return the result of an expression, given without its `=`; a word, a list or a place is left unchanged."""
         name = " ".join(text.split())
         if name in self.values:
             raw = self.raw(name)

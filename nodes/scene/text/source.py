@@ -104,7 +104,7 @@ class SourceText:
         return self.values.get((), Mark(self.name, 1, 1, ""))
 
     def layer(self, mark: Mark) -> int:
-        """Return the precedence of the file with a mark: later files override earlier ones, settings override all."""
+        """Return the precedence of the file of a mark: later files override earlier ones, settings override all."""
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:

@@ -127,7 +127,7 @@ class Dimension:
 
 @dataclass(frozen=True, eq=False)
 class Limited(Dimension):
-    """A dimension whose values must lie in a range; its ends are written as in scenes."""
+    """A dimension whose values must lie in a range; both ends are texts with units, as in scenes."""
 
     lowest: str
     highest: str
@@ -162,6 +162,7 @@ MOMENT = Dimension("moment", {"kN m": _KILO, "N m": _ONE, "MN m": _MEGA})
 SPEED = Dimension("speed", {"m/min": 1 / _MINUTE, "m/s": _ONE, "mm/s": _MILLI})
 ACCELERATION = Dimension("acceleration", {"m/s2": _ONE, "mm/s2": _MILLI})
 ANGLE = Dimension("angle", {"deg": _DEGREE, "rad": _ONE})
+TENSION_RATE = Dimension("rate of tension", {"kN/s": _KILO, "N/s": _ONE, "kN/min": _KILO / _MINUTE})
 RATE = Dimension("angular rate", {"deg/s": _DEGREE, "rad/s": _ONE, "deg/min": _DEGREE / _MINUTE})
 ANGULAR_ACCELERATION = Dimension("angular acceleration", {"deg/s2": _DEGREE, "rad/s2": _ONE})
 TIME = Dimension("time", {"s": _ONE, "min": _MINUTE, "h": 60 * _MINUTE, "ms": _MILLI, "days": 1440 * _MINUTE})
@@ -193,6 +194,7 @@ DIMENSIONS: tuple[Dimension, ...] = (
     *(LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY),
     *(INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, AREA, DENSITY, RATIO),
     *(MASS_PER_LENGTH, ROTARY_INERTIA, RIGIDITY, MODULUS, SECOND_MOMENT, PRESSURE),
+    TENSION_RATE,
     *(RESPONSE, TURN_RESPONSE, MOMENT_RESPONSE),
 )
 

@@ -70,7 +70,7 @@ def test_every_benchmark_script_takes_the_options_json_and_short() -> None:
         assert f"python tests/bench/{script.name} " in script.read_text().partition('"""\n\n')[0], script.name
 
 
-def test_a_benchmark_row_has_its_eight_keys_and_compares_its_ratio_to_the_peer_with_a_target() -> None:
+def test_a_benchmark_row_has_its_eight_keys_and_compares_its_ratio_to_a_peer_engine_with_a_target() -> None:
     rows = [json.loads(line) for line in python(ROWS, "--json").stdout.splitlines()]
     assert all(list(row) == KEYS for row in rows)
     assert [tuple(row.values())[1:] for row in rows] == [

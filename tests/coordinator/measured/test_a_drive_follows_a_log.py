@@ -69,7 +69,7 @@ def test_a_drive_reaches_logged_positions_at_their_times(scene: LoadedScene, tmp
         ("fall.hoist={}:hoist [m/min] @ -90 s", "no two rows lie within the run"),
         (
             "fall.hoist={}:hoist [m/s]",
-            "row 5, column 'hoist': leads fall from 9.99 to 6.588 at 1.5 s, beyond its end",
+            "row 5, column 'hoist': moves fall from 9.99 to 6.588 at 1.5 s, beyond its end",
         ),
         ("rope.hoist={}:hoist [m/min]", "rope"),
         ("guide.hoist={}:hoist [m/min]", "guide"),

@@ -56,7 +56,7 @@ def _same(run: Run, other: Run) -> bool:
 
 @pytest.mark.parametrize("block", range(20))
 @pytest.mark.large(beyond=1)
-def test_random_models_run_in_lockstep_as_by_the_protocol(block: int) -> None:
+def test_random_models_give_the_same_run_in_lockstep_and_through_the_protocol(block: int) -> None:
     crossing = 0
     for seed in range(len(MODELS) * block, len(MODELS) * (block + 1)):
         how = _like(seed)
@@ -67,7 +67,7 @@ def test_random_models_run_in_lockstep_as_by_the_protocol(block: int) -> None:
     assert crossing > 1_000
 
 
-def test_a_finish_port_ends_both_runs_at_the_same_time() -> None:
+def test_a_finish_port_ends_a_run_in_lockstep_and_one_through_the_protocol_at_the_same_time() -> None:
     finished = 0
     for seed in FEW:
         how = {**_like(seed), "finish": ("g0", "uv"[seed % 2])}
@@ -95,7 +95,7 @@ def spoken_to(seed: int, ahead: bool = False) -> tuple[Logs, Script]:
     return logs, script
 
 
-def test_events_from_outside_are_those_of_a_flat_run_that_knew_them_before() -> None:
+def test_a_lockstep_run_with_events_from_outside_equals_a_flat_run_that_receives_them() -> None:
     words = 0
     for seed in FEW:
         logs, script = spoken_to(seed, ahead=seed % 2 > 0)
@@ -104,13 +104,13 @@ def test_events_from_outside_are_those_of_a_flat_run_that_knew_them_before() -> 
     assert words > 100
 
 
-def test_an_event_from_outside_before_the_safe_time_or_for_nobody_is_refused() -> None:
+def test_an_event_from_outside_before_the_safe_time_or_without_a_receiver_is_refused() -> None:
     simulators, couplings = parts(3, Logs(), wires=[WIRE])
     run = Lockstep(simulators, couplings, Tag(END), outside=[WIRE])
     run.advance(Tag(30))
     with pytest.raises(ProtocolError, match="has already been computed"):
         run.inject(*spoken([(1, 5)]))
-    with pytest.raises(ProtocolError, match="not coupled to any node"):
+    with pytest.raises(ProtocolError, match="no node receives outside events"):
         run.inject(stepped(3).events[0])
 
 
@@ -131,7 +131,9 @@ def test_a_run_in_which_time_stands_still_ends_by_an_error_in_both(
     assert min(ended) > 1
 
 
-def test_a_window_that_ignores_what_others_may_answer_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lockstep_window_that_ignores_possible_answers_of_other_nodes_is_detected(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(lockstep, "succ", lambda tag: Tag(tag.t + 5))
     wrong = 0
     for seed in MODELS:

@@ -155,5 +155,5 @@ def test_events_from_outside_for_past_times_or_unknown_nodes_are_refused() -> No
     ):
         core.inject(*spoken([(5, 1)]))
     core.inject(*spoken([(6, 1)]))
-    with pytest.raises(ProtocolError, match=r"g0\.out is not coupled to any node as an event from outside"):
+    with pytest.raises(ProtocolError, match=r"no node receives outside events on g0\.out"):
         core.inject(Event(9, 0, "g0", "out", 0, "Number", b""))

@@ -184,7 +184,7 @@ def test_time_advances_in_any_model_with_the_shortest_time_grants(seed: int) -> 
     assert core.over is not None or floors[-1].t > floors[len(floors) // 2].t
 
 
-def test_samples_of_a_working_node_let_earlier_events_of_other_nodes_be_released() -> None:
+def test_samples_sent_by_a_working_node_allow_the_release_of_earlier_events_of_other_nodes() -> None:
     """a is at 700 in a grant without an end: what b has said up to there leaves, and nothing of a's can come before."""
     left: list[int] = []
     core = Coordinator("ab", [], on_event=lambda event: left.append(event.t))

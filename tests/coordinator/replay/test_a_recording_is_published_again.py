@@ -93,7 +93,7 @@ def test_a_replay_runs_at_the_requested_rate(recorded: RecordedRun) -> None:
         assert wall == pytest.approx((t - 1.0) / 2.0, abs=1e-6)
 
 
-def test_a_replay_is_paused_stepped_quickened_and_ended_by_keys(recorded: RecordedRun) -> None:
+def test_a_replay_is_paused_and_stepped_and_sped_up_and_ended_by_keys(recorded: RecordedRun) -> None:
     free = [t for _, t in played(recorded, {}, rate=1.0)]
     times = played(recorded, {0.55: " ", 5.0: "s", 6.0: "s", 7.0: " "}, rate=1.0)
     before = [x for x in times if x[0] <= 0.55]

@@ -66,7 +66,7 @@ def test_messages_sent_before_the_end_of_a_process_arrive_before_its_loss_is_rep
     assert "node west is gone: its process ended with exit code 3" in sentence(hub)
 
 
-def test_a_coordinator_reports_a_process_that_ended_during_a_long_computation_of_its_own(start: Start) -> None:
+def test_a_coordinator_reports_a_process_that_ended_while_the_coordinator_was_computing(start: Start) -> None:
     hub, processes = start(west=())
     os.kill(processes.pids["west"], signal.SIGSEGV)
     time.sleep(0.5)

@@ -48,7 +48,7 @@ def test_the_certificate_of_a_snatched_load_estimates_the_errors_due_to_time_ste
     assert accuracy(rec) == peak.numerical / peak.value
 
 
-def test_the_certificate_of_a_lift_estimates_the_errors_of_rope_sling_and_pad_forces_positions_and_stage_times(
+def test_the_certificate_of_a_lift_estimates_the_errors_of_forces_and_positions_and_stage_times(
     tmp_path: Path,
 ) -> None:
     found, _, _ = certified("lift", ["end=40 s"], tmp_path)

@@ -82,7 +82,7 @@ def test_an_off_lead_in_wind_beyond_its_limit_gives_a_red_check(lift: Lift) -> N
     assert len({x.subject for x in found}) == len(found)
 
 
-def test_the_off_lead_nearer_to_its_limit_along_or_across_the_boom_is_checked_in_wind() -> None:
+def test_the_off_lead_in_wind_is_checked_in_the_direction_that_is_nearer_to_its_limit() -> None:
     for tight in ("along", "across"):
         given = {"along": 5.0, "across": 5.0} | {tight: 0.1}
         limits = ", ".join(f"off-lead {key}: {value} deg" for key, value in given.items())

@@ -84,7 +84,9 @@ def test_interpolating_a_lift_table_is_exact_for_multilinear_functions():
         assert interpolated(axes, grid, (x, y)) == pytest.approx([x * y + 3 * x - y, 7.0])
 
 
-def test_a_yard_run_with_simulated_lifts_has_the_same_digest_in_several_processes_verified_or_resumed(folder):
+def test_a_yard_run_with_simulated_lifts_has_the_same_digest_in_several_processes_and_when_verified_and_when_resumed(
+    folder,
+):
     sheet, made = run_yard(written("run"), output="a.mcap", in_process=True)
     assert sheet.state == "amber"
     assert run_yard("yard.yaml", processes=2)[1].digest == made.digest

@@ -100,7 +100,7 @@ def test_the_equilibrium_path_ends_where_the_simulation_comes_to_rest():
 # ---- friction -------------------------------------------------------------------------------------------------
 
 
-def test_a_servo_that_drives_a_slipping_brake_lags_in_statics_by_hysteresis_in_both_directions():
+def test_in_statics_a_servo_on_a_slipping_brake_lags_behind_in_both_directions_of_motion():
     """A brake that slips at M on a servo kp: it follows M / kp behind, holds over 2 M / kp, and comes back so."""
     M, kp = 2e3, 1e4
     joint = Joint("guide", "prismatic", "world", "load", axis=Y)

@@ -176,7 +176,7 @@ def test_a_folded_parallelogram_has_two_degrees_of_freedom_at_the_start_and_one_
     assert "the start pose is singular: 2 degrees of freedom at that instant, 1 in motion" in m.lines
 
 
-def test_three_folded_four_bar_linkages_have_one_degree_of_freedom_and_four_at_the_singular_pose():
+def test_three_folded_four_bar_linkages_have_four_degrees_of_freedom_at_the_start_and_one_in_motion():
     m = found(windows(3, pi / 2))
     assert (m.at_start, m.dof) == (4, 1)
 

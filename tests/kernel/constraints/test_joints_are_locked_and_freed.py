@@ -238,7 +238,7 @@ PLAIN = double_pendulum()
         (replace(PLAIN, locks=(Lock("l", "knee"),)), "lock 'l': there is no joint 'knee'; known: shoulder, elbow"),
         (
             replace(PLAIN, locks=(Lock("l", "elbow"), Lock("m", "elbow"))),
-            "lock 'm': joint 'elbow' already has the lock 'l'",
+            "lock 'm': joint 'elbow' already has the lock 'l'; remove one of them",
         ),
         (
             replace(PLAIN, drives=(Drive("d", "elbow", "prescribed"),)),

@@ -223,7 +223,7 @@ REFUSED = [
     ),
     (
         System((Body("load", 1.0, inertia=cube(1.0)),), (GUIDE, Joint("f", "free", WORLD, "load"))),
-        "joint 'f': a free joint constrains nothing, and 'guide' carries 'load' already",
+        "joint 'f': a free joint constrains nothing, and 'guide' carries 'load' already; remove it",
     ),
     (
         System((Body("load", 1.0),), (replace(GUIDE, parent="load"),)),

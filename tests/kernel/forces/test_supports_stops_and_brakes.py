@@ -196,9 +196,7 @@ def test_a_pad_does_not_report_slip_at_the_instant_at_which_its_contact_opens():
 
 @pytest.mark.parametrize("late", [0.0, 1e-9, 1e-6, 4e-6, 1e-3])
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
-def test_a_pad_whose_sticking_is_found_late_keeps_the_direction_of_its_friction_force(
-    late: float, angle: float
-) -> None:
+def test_a_pad_that_is_found_sticking_late_keeps_the_direction_of_its_friction_force(late: float, angle: float) -> None:
     """Steps may find it when the pad goes back already: the force goes on from that of the slip, and does not jump to
     the other side, where the limit would be passed at once."""
     mu, normal, k, d, along = 0.4, 1e5, 1e8, 1e6, np.array([cos(angle), sin(angle)])

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, Point, System, TuggerLine
+from heavylift.kernel.analysis import linear_model
+from heavylift.kernel.description import Body, Joint, Point, System, TuggerLine, trapezoid
 from msgspec import structs
 from scipy.integrate import solve_ivp
 from small_scenes import SECOND, column, hand_over, imbalance, started
@@ -33,16 +36,18 @@ def swing(line: TuggerLine, angle: float, speed: float, seconds: int) -> tuple[n
     return t, q[:, 0]
 
 
-def by_scipy(line: TuggerLine, angle: float, speed: float, t: np.ndarray) -> np.ndarray:
+def by_scipy(
+    line: TuggerLine, angle: float, speed: float, t: np.ndarray, tension: Callable[[float], float] | None = None
+) -> np.ndarray:
     a, b = np.array(line.a.p)[[0, 2]], np.array(line.b.p)[[0, 2]]
 
-    def motion(_: float, y: np.ndarray) -> list[float]:
+    def motion(at_s: float, y: np.ndarray) -> list[float]:
         c, s = np.cos(y[0]), np.sin(y[0])
         at = np.array([c * b[0] - s * b[1], s * b[0] + c * b[1]])
         away, per = at - a, np.array([-at[1], at[0]])  # the second: velocity of the point by the angular velocity
         u = away / np.hypot(*away)
         x = u @ per * y[1] / line.speed
-        T = line.tension * (1.0 + line.spread * x / np.sqrt(1.0 + x * x))
+        T = (tension(at_s) if tension else line.tension) * (1.0 + line.spread * x / np.sqrt(1.0 + x * x))
         return [y[1], (-MASS * G * LENGTH * s - T * (u @ per)) / (MASS * LENGTH**2)]
 
     once, back = np.unique(t, return_inverse=True)  # an instant may have two samples
@@ -116,3 +121,34 @@ def test_a_run_ends_where_a_tugger_line_comes_to_the_end_of_its_stroke() -> None
 def test_impossible_tugger_lines_are_refused(changes: dict[str, object], message: str) -> None:
     with pytest.raises(KernelError, match=message):
         started(pendulum(structs.replace(LINE, **changes)))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_pendulum_on_a_line_whose_tension_is_ordered_moves_as_scipy_integrates_it(seed: int) -> None:
+    """The tension goes to its new value at a rate, with ramps; the work that this brings in is accounted for."""
+    draw = np.random.default_rng(seed)
+    line = structs.replace(LINE, spread=float(draw.uniform(0.0, 0.8)), rate=2e4)
+    rate, accel, change = float(draw.uniform(2e3, 2e4)), float(draw.uniform(1e4, 4e4)), float(draw.uniform(-1.8e4, 3e4))
+    s = started(pendulum(line, 0.1), tolerance=TOLERANCE)
+    hand_over(s, SECOND)
+    s.set_profile("tug", SECOND, rate, accel, change)
+    s.settle()
+    hand_over(s, 8 * SECOND)
+    s.settle()
+    assert imbalance(s) < BALANCE
+    move = trapezoid(change, float(np.copysign(rate, change)), accel, 0.0)
+    t, q = column(s, "joint/position")
+    want = by_scipy(line, 0.1, 0.0, t, lambda x: line.tension + move.displacement(max(0.0, x - 1.0)))
+    assert np.abs(q[:, 0] - want).max() < PEER
+    assert column(s, "reeving/tension")[1][-1, 0] == pytest.approx(line.tension + change, rel=line.spread + 1e-9)
+
+
+def test_an_ordered_tension_is_an_input_of_the_linear_model_in_newtons() -> None:
+    """A horizontal force F at the end of the arm turns a pendulum by F / (m g) at rest."""
+    ends = {"a": Point("world", (FAR, 0.0, -LENGTH)), "b": Point("load", (0.0, 0.0, -LENGTH))}
+    model = linear_model(
+        started(pendulum(structs.replace(LINE, **ends, tension=1.0, rate=1.0))), ["tug"], ["joint/position/*"]
+    )
+    assert [(x.name, x.unit) for x in model.inputs] == [("tug", "N")]
+    gain = model.D - model.C @ np.linalg.solve(model.A, model.B)
+    assert gain[0, 0] == pytest.approx(1.0 / (MASS * G), rel=1e-3)

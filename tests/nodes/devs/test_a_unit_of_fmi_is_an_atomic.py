@@ -121,7 +121,7 @@ def test_an_fmu_continues_from_a_snapshot_or_reports_that_snapshots_are_not_supp
 
 @pytest.mark.large(beyond=1)
 @pytest.mark.parametrize("late", [0, ms(3)])
-def test_the_digest_of_a_run_with_an_fmu_is_the_same_in_one_process_in_two_and_after_a_process_was_killed(
+def test_the_digest_of_a_run_with_an_fmu_does_not_depend_on_its_processes_or_on_lost_processes(
     unit, monkeypatch, late: int
 ) -> None:
     monkeypatch.syspath_prepend(HERE)

@@ -185,9 +185,12 @@ def test_missing_model_functions_are_reported() -> None:
         def start(self) -> None:
             self.hold_in(seconds(1))
 
-    assert sentence_of(Deaf("m")) == "r.m at (1 s, 0): the scheduled time came, but the model defines no internal()"
+    assert (
+        sentence_of(Deaf("m"))
+        == "r.m at (1 s, 0): the scheduled time came, but the model defines no internal(); define it"
+    )
     Deaf.start = Atomic.start
-    assert sentence_of(Deaf("m")) == "r.m at (2 s, 0): an input arrived, but the model defines no external()"
+    assert sentence_of(Deaf("m")) == "r.m at (2 s, 0): an input arrived, but the model defines no external(); define it"
 
 
 def sentence_of(m: Any) -> str:

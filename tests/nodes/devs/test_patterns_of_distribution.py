@@ -91,7 +91,7 @@ PATTERNS: dict[str, tuple[Callable[[], Coupled], list[str]]] = {
 
 
 @pytest.mark.parametrize("name", PATTERNS)
-def test_communication_patterns_give_equal_logs_nested_flat_and_distributed(name: str) -> None:
+def test_communication_patterns_give_equal_logs_in_nested_and_flat_and_distributed_simulators(name: str) -> None:
     build, expected = PATTERNS[name]
     for log in logs_of(build, seconds(2) if name.startswith("ring") else seconds(10)):
         message = []

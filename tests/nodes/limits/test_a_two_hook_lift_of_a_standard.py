@@ -36,7 +36,7 @@ def shares(near: tuple[float, float], far: tuple[float, float], tilt: float) -> 
     return rest["hook-1"] / WEIGHT, rest["hook-2"] / WEIGHT
 
 
-def test_a_height_difference_of_1_m_between_two_hooks_is_less_than_the_tilt_of_the_standard() -> None:
+def test_two_hooks_with_a_height_difference_of_1_m_tilt_the_load_by_less_than_the_standard_assumes() -> None:
     assert degrees(asin(1.0 / L)) == pytest.approx(2.29, abs=0.005)
     assert asin(1.0 / L) < TILT
 

@@ -97,7 +97,7 @@ def height(result: Result, blocks: dict[str, Lug], k: int) -> float:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_blocks_lifted_one_after_another_each_load_the_hook_and_slings_as_if_alone(seed: int) -> None:
+def test_each_of_several_blocks_lifted_in_turn_loads_the_hook_and_slings_as_if_alone(seed: int) -> None:
     blocks, order, text = drawn(seed)
     scene = parse(text)
     assert not scene.findings

@@ -44,7 +44,7 @@ def test_reading_an_unchanged_scene_again_gives_the_cached_plan(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("name", ["lift", "in-turn"])  # of one lift, of several
-def test_a_scene_loaded_again_from_the_cache_has_the_same_plan_findings_and_static_states(
+def test_a_scene_loaded_again_from_the_cache_has_the_same_plan_and_findings_and_static_states(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))

@@ -142,7 +142,7 @@ def test_the_mean_offset_of_a_moored_barge_in_a_regular_wave_is_drift_force_over
 
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("bow", [0.0, 25.0])
-def test_drift_force_in_an_irregular_sea_is_the_sum_of_newman_over_pairs_of_waves(
+def test_drift_force_in_an_irregular_sea_agrees_with_newmans_sum_over_pairs_of_waves(
     drifting: Path, side: int, bow: float
 ) -> None:
     """The signal in surge, sway and yaw at some instants against the double sum, from either side of the hull."""

@@ -7,7 +7,8 @@ from pathlib import Path
 import heavylift
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Ladder, ModelLevel, at_level, play
+from heavylift.coordinator.ladder import Ladder, ModelLevel, at_level
+from heavylift.coordinator.record import play
 from heavylift.coordinator.run import run
 from heavylift.kernel.description import Load
 from heavylift.kernel.simulation import Simulation

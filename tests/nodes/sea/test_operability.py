@@ -96,5 +96,5 @@ def test_a_table_that_is_no_scatter_table_is_refused_in_one_sentence(text: str, 
 
 def test_operability_varies_the_named_sea_or_the_only_sea_of_the_scene() -> None:
     assert sea_of(parse(SCENE), "") == sea_of(parse(SCENE), "waves.seas.wind") == "wind"
-    with pytest.raises(SceneError, match=r"with --of: waves.seas.wind"):
+    with pytest.raises(SceneError, match=r"seas: waves.seas.wind"):
         sea_of(parse(SCENE), "waves.seas.swell")

@@ -264,7 +264,7 @@ def test_files_of_wamit_and_capytaine_of_two_hulls_give_the_same_coefficients(tm
         assert (one.volume, one.height, *one.at) == pytest.approx((two.volume, two.height, *two.at), rel=1e-6)
         assert one.buoyancy == pytest.approx(two.buoyancy, abs=1e-6)
     (tmp_path / "two.out").unlink()
-    with pytest.raises(SceneError, match=r"two hulls need the file \.out"):
+    with pytest.raises(SceneError, match=r"for two hulls, add the file \.out"):
         wamit(tmp_path / "two.1", 3600.0, 0.0, 10.0)
 
 

@@ -172,14 +172,14 @@ def test_a_fender_pushes_only_a_vessel_that_meets_its_face(seed: int) -> None:
 
 @pytest.mark.parametrize(("at", "missed"), [((1.4, -4.05, 0.0), False), ((1.6, -4.05, 0.0), True),
                                             ((0.0, -4.05, -0.7), True), ((1.6, -3.9, 0.0), False)])  # fmt: skip
-def test_a_vessel_behind_the_plane_of_a_face_and_beside_the_face_is_red(
+def test_a_vessel_behind_the_plane_of_a_fender_face_but_beside_the_face_gives_a_red_check(
     at: tuple[float, float, float], missed: bool
 ) -> None:
     """At rest, where the tug holds it away from the quay, a vessel before the plane misses nothing yet."""
     assert misses(sized(at, push="0 kN")) == [missed] * 2
 
 
-def test_a_barge_that_drifts_along_the_quay_loses_its_fenders_and_the_run_is_red() -> None:
+def test_a_barge_that_drifts_along_the_quay_beyond_its_fenders_gives_a_red_verdict() -> None:
     """Pushed along with 2 MN against a mooring of 1 kN/m, it passes the edge after sqrt(2 x 1.5 m x mass / 2 MN)."""
     of = sized((0.0, -4.075, 0.0), along="2000 kN", end="8 s")
     run = play(of.plan)
@@ -192,6 +192,6 @@ def test_a_barge_that_drifts_along_the_quay_loses_its_fenders_and_the_run_is_red
     assert row.value == pytest.approx(-4.0 - past.poses["barge"][:, 1].min(), abs=0.1)
 
 
-def test_a_face_without_a_size_is_reported_as_not_checked() -> None:
+def test_a_fender_face_without_a_size_is_reported_as_not_checked() -> None:
     (one, other) = [x for x in scene().plan.limits if "beside the face" in x.subject]
     assert (one.value, other.note) == (None, "give the 'size' of the face")

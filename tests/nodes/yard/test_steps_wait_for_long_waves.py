@@ -55,7 +55,7 @@ def starts(of):
         (0.1, 5.9, False),
     ],
 )
-def test_each_hour_of_the_sea_is_held_against_the_limit_at_its_peak_period(tmp_path, height, period, allowed):
+def test_each_hour_of_the_sea_is_compared_with_the_limit_at_its_peak_period(tmp_path, height, period, allowed):
     sea = [(height, period, 0)] * 30 + [(0.1, 8.0, 0)] * 30
     assert starts(written(tmp_path, sea)) == [0 if allowed else 30]
 
@@ -115,7 +115,7 @@ def test_a_planned_start_in_a_closed_window_is_put_off_to_the_next_open_one(tmp_
     assert starts(written(tmp_path, sea, "1 m", more="plan: plan.csv\n")) == [10]
 
 
-def test_a_sea_without_periods_is_held_against_the_lowest_limit_and_the_report_says_so(tmp_path):
+def test_a_sea_without_periods_is_compared_with_the_lowest_limit_and_the_report_says_so(tmp_path):
     sea = [(0.9,)] * 30 + [(0.8,)] * 30
     of = written(tmp_path, sea, columns="Hs [m]")
     assert starts(of) == [30]
@@ -124,7 +124,7 @@ def test_a_sea_without_periods_is_held_against_the_lowest_limit_and_the_report_s
     assert "peak periods" not in str(examined(written(tmp_path, sea, "1 m", "Hs [m]")).parts)
 
 
-def test_hours_beyond_all_periods_of_a_limit_are_counted_in_the_report(tmp_path):
+def test_hours_whose_waves_are_longer_than_all_periods_of_a_limit_are_counted_in_the_report(tmp_path):
     of = written(tmp_path, [(0.1, 12.0, 0)] * 5 + [(0.1, 8.0, 0)] * 30)
     assert "closed in 5 of 35 hours" in str(examined(of).parts)
 

@@ -185,7 +185,7 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
     signals = [_alone(x) if regular else InputSignal(0.0, waves=x) for x in sums]
     named = [(f"{name}.{mode} wave", i) for i, mode in enumerate(MODES)]
     named += [(f"{name}.{MODES[i]} drift", i) for i in DRIFTS[: len(signals) - 6]]
-    return [_load(label, name, i, vessel, signal) for (label, i), signal in zip(named, signals, strict=True)]
+    return [modal_load(label, name, i, vessel, signal) for (label, i), signal in zip(named, signals, strict=True)]
 
 
 def _alone(x: WaveSum) -> InputSignal:
@@ -196,7 +196,8 @@ def _alone(x: WaveSum) -> InputSignal:
     return InputSignal(0.0, wave=one_wave(x.frequencies[0], c, s, x.ramp))
 
 
-def _load(label: str, name: str, mode: int, vessel: Vessel, signal: InputSignal) -> Load:
+def modal_load(label: str, name: str, mode: int, vessel: Vessel, signal: InputSignal) -> Load:
+    """Return a load of 1 N or 1 N m times a signal in a mode of a vessel, along or about its axes at rest."""
     unit = [1.0 if i == mode % 3 else 0.0 for i in range(3)]
     x, y, z = product(vessel.attitude, unit)
     along: Vector = (x, y, z)

@@ -6,7 +6,6 @@ and heel.
 """
 
 from dataclasses import replace
-from math import pi
 
 import msgspec
 from heavylift.kernel.algebra.dense import product
@@ -26,7 +25,7 @@ from heavylift.nodes.scene.text.source import Path
 from heavylift.nodes.sea.prescribed import MODES, carried
 from heavylift.nodes.sea.spectra import wave_number
 
-from .hulls import check_draught, hull_of_vessel, radiation, restoring, wave_loads
+from .hulls import check_draught, hull_of_vessel, modal_load, radiation, restoring, wave_loads
 
 MOST = 0.02  # of its displacement may be a load, where its motion is given
 
@@ -222,12 +221,8 @@ def _streams(builder: SceneBuilder, name: str, floating: Floating) -> list[Strea
     return found
 
 
-def _wave_loads(builder: SceneBuilder, name: str, given: Vessel, floating: Floating, waves: Waves) -> tuple[Load, Load]:
-    """Return the wave load as two loads, in phase with the cosine and with the sine of the wave."""
-    found, delay, R = [], _delay(builder, waves, given.at), given.attitude
-    for part, of, phase in (("cosine", cos, 0.0), ("sine", sin, 0.5 * pi)):
-        x = [size * float(of(angle - delay)) for size, angle in (getattr(floating.loads, mode) for mode in MODES)]
-        signal = InputSignal(0.0, wave=_wave(waves, 1.0, phase))
-        force, moment = (tuple(product(R, along)) for along in (x[:3], x[3:]))
-        found.append(Load(f"{name}.wave {part}", Point(name), force, moment, signal=signal))  # type: ignore[arg-type]
-    return found[0], found[1]
+def _wave_loads(builder: SceneBuilder, name: str, given: Vessel, floating: Floating, waves: Waves) -> list[Load]:
+    """Return the loads of the regular wave on a vessel in its six modes."""
+    delay, each = _delay(builder, waves, given.at), [getattr(floating.loads, mode) for mode in MODES]
+    signals = [InputSignal(0.0, wave=_wave(waves, size, phase - delay)) for size, phase in each]
+    return [modal_load(f"{name}.{MODES[i]} wave", name, i, given, x) for i, x in enumerate(signals)]

@@ -21,7 +21,7 @@ from .conditions import Conditions, unit_of
 RESETS = 0.03  # of the value: so far behind it an interlock is reset
 CLEARS = 0.1  # [m] the same, of heights and gaps
 LENGTHS = ("height", "height difference", "gap")
-MOVES = ("drive", "hook", "winch")  # kinds of actors that can be stopped
+MOVES = ("drive", "hook", "winch", "tugger")  # kinds of actors that can be stopped
 
 
 def build_interlocks(yard: SceneBuilder) -> tuple[Interlock, ...]:

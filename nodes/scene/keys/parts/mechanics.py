@@ -97,7 +97,7 @@ class Winch(Base):
 
 
 class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
-    """A point or sheave over which a rope runs, around the sheave in the positive sense of its axis.
+    """A point or sheave over which a rope runs; it runs around a sheave in the positive sense of the sheave's axis.
 
     If the rope slips, the ratio of tensions is exp(friction * wrap) / efficiency. The rope leaves a sheave with a
     radius when its wrap angle falls to zero, and can return to it.
