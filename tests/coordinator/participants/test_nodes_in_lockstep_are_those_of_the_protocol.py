@@ -5,17 +5,19 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 
 import pytest
 from heavylift.coordinator.participants import Lockstep, lockstep
-from heavylift.kernel import HeavyliftError, ProtocolError
+from heavylift.kernel import HeavyliftError, ModelError, ProtocolError
 from heavylift.nodes.devs import Coupled, Event, Tag
 from without_bytes import without_bytes
 
 sys.path.append(str(Path(__file__).parents[1] / "protocol"))
 
+import random_models
 from random_models import END, Ahead, Logs, Run, build, build_deep, build_ring, distributed, flat, parts
 from test_events_come_from_outside import WIRE, Script, by_script, spoken
 
@@ -110,6 +112,23 @@ def test_an_event_from_outside_before_the_safe_time_or_without_a_receiver_is_ref
         run.inject(*spoken([(1, 5)]))
     with pytest.raises(ProtocolError, match="no node receives outside events"):
         run.inject(stepped(3).events[0])
+
+
+@pytest.mark.parametrize("microsteps", [3, 5, 8])
+def test_a_run_in_which_time_stands_still_ends_by_an_error_in_both(
+    microsteps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Which loop is named may differ: by the protocol one node may be far ahead of another."""
+    monkeypatch.setattr(random_models, "MICROSTEPS", microsteps)
+    ended = [0, 0]
+    for seed in FEW:
+        both = []
+        for run in (stepped, distributed):
+            with suppress(ModelError):
+                both.append(run(seed).events)  # type: ignore[operator]
+        assert both == [] or both[0] == both[1], seed
+        ended[bool(both)] += 1
+    assert min(ended) > 1
 
 
 def test_a_lockstep_window_that_ignores_possible_answers_of_other_nodes_is_detected(
