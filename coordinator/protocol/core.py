@@ -143,7 +143,8 @@ class Coordinator:
             self._leave()
 
     def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
-        """Commit offers, release events, and return the grants of all nodes that can advance, all below `horizon`."""
+        """Commit offers, release events, and return the grants of all nodes that can advance; no grant exceeds
+        `horizon`."""
         if not self._open:
             return []
         before, self._limit = self._limit, min(self.end, horizon)
