@@ -35,7 +35,7 @@ def _is_array(x: Any) -> bool:
 
 
 class ExpressionGraph:
-    """The operations recorded from one traced function; `opaque`: symbols replace named quantities."""
+    """Graph of the operations recorded while a function is traced; `opaque`: symbols replace named quantities."""
 
     def __init__(self, opaque: bool = False) -> None:
         self.table: dict[Any, Sym] = {}
@@ -288,7 +288,7 @@ def scope(name: str) -> Iterator[None]:
 
 
 def named(label: str, x: Any) -> Any:
-    """Name a traced quantity x in printed equations; return x, or symbols `label` in its place."""
+    """Give a traced quantity x the name `label` in printed equations; return x, or symbols with this name instead."""
     graphs = RECORDING.graphs
     if not graphs or not graphs[-1].opaque:
         return x

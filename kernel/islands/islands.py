@@ -64,7 +64,7 @@ class Islands(RunningAhead):
 
     @property
     def alone(self) -> list[LiftRows]:
-        """The lifts whose events are recorded in rows of their own; empty if the scene has only one lift."""
+        """Sample rows recorded at the events of each single lift; empty if the scene has only one lift."""
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:

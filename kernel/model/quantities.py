@@ -179,7 +179,7 @@ class _Box:
     halves: Scalars
 
     def nearest(self, p: Scalars) -> Scalars:
-        """Return the point of the box nearest to another point."""
+        """Return the point inside or on this box that is nearest to the point p."""
         found, away = list(self.middle), [a - b for a, b in zip(p, self.middle, strict=True)]
         for axis, half in zip(self.axes, self.halves, strict=True):
             far = minimum(maximum(_dot(away, axis), -half), half)
@@ -280,7 +280,7 @@ def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
 
 
 def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
-    """Return the numbers in the formula of a signal: its own, those of a carried group, and shares of rope lines."""
+    """Return the numbers in the formula of a signal, such as its chart, weights of bodies, factors of rope lines."""
     if h.quantity in OF_GROUPS:
         return (*h.numbers, *carried_group(h, system).numbers)
     shares = (line.share for rope in _lines(h, system) for line in rope) if h.quantity in LINED else ()
@@ -288,14 +288,14 @@ def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
 
 
 def lines(h: ScalarSignal, system: System) -> tuple[int, ...]:
-    """Return the number of straight lines of each rope of a signal."""
+    """Return how many straight lines each rope of a load signal has."""
     if h.quantity in OF_GROUPS:
         return tuple(map(len, carried_group(h, system).ropes.values()))
     return tuple(map(len, _lines(h, system))) if h.quantity in SIDES else ()
 
 
 def names(h: ScalarSignal, system: System) -> tuple[str, ...]:
-    """Return the names of the ropes, or of the one element, whose values enter the formula of a signal."""
+    """Return the names of the ropes, joints or other elements whose values enter the formula of a signal."""
     if h.quantity in OF_GROUPS:
         return (*carried_group(h, system).ropes,)
     if h.quantity in ("tension", "load", "moment", "use", "use by place", *SIDES):

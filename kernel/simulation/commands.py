@@ -235,7 +235,7 @@ def _moving_drive(program: Program, v: np.ndarray) -> str:
 
 
 class LiftRowsView(Protocol):
-    """Interface of the sample rows of one lift, recorded after its events: times [ns] and rows; `method`: layout."""
+    """Interface of the sample rows recorded after the events of one lift, with times [ns] and layout (`method`)."""
 
     name: str
     method: Stepping
@@ -250,7 +250,7 @@ class CommandTarget(ABC):
 
     @property
     def alone(self) -> Sequence[LiftRowsView]:
-        """The lifts whose events are recorded in rows of their own; empty if the scene has only one lift."""
+        """Sample rows recorded at the events of each single lift; empty if the scene has only one lift."""
         return ()
 
     @abstractmethod
