@@ -105,7 +105,7 @@ class ForceLaw(ABC, Generic[F]):
         """
 
     def angles(self, f: F) -> int:
-        """Return the number of the law's angles that are counted over full turns; `answer` receives them as `counted`."""
+        """Return how many of the law's angles are counted over full turns; `answer` receives them as `counted`."""
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:

@@ -62,7 +62,7 @@ class Evaluated(Protocol):
 
 
 class Rate(Protocol):
-    """Right-hand side of the equations of motion at time t and state y; `among`: a time in the same profile piece as t."""
+    """Right-hand side of the equations of motion at time t, state y; `among`: a time in the same profile piece as t."""
 
     def __call__(self, t: Value, among: Value, y: Value) -> Evaluated: ...
 
@@ -186,7 +186,7 @@ def fallen_in(r: Evaluated) -> Value:
 
 
 def inside(s: StepState) -> Value:
-    """Return a time shortly after the start s.t of a step, which selects the profile piece that is valid in the step."""
+    """Return a time shortly after the start s.t of a step, which selects the profile piece valid in the step."""
     # at most half a second inside: t_stop may be for ever, and a time so late would lose its digits
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 

@@ -144,7 +144,7 @@ class Graph:
         return link.q.start + i, link.v.start + i
 
     def trees(self) -> list[range]:
-        """Return the range of link numbers of each kinematic tree; trees that share added mass of water count as one."""
+        """Return the range of link numbers of each kinematic tree; trees that share added mass count as one tree."""
         roots = [i for i, k in enumerate(self.links) if k.parent < 0 and not k.body.shared] + [len(self.links)]
         return [range(a, b) for a, b in pairwise(roots)]
 

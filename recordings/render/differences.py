@@ -49,7 +49,7 @@ def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
 
 
 def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[float, str]]]:
-    """Return descriptions of rows of a topic that one recording lacks, and the first differing row with its time [s]."""
+    """Return descriptions of rows of a topic that one recording lacks, and the first difference with its time [s]."""
     a, b = (hashes(rec, topic) for rec in (A, B))
     if np.array_equal(a, b):
         return [], []
@@ -102,7 +102,7 @@ def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[
 
 
 def facts(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield descriptions of facts that differ between two recordings, except facts in `but` and on their computation."""
+    """Yield descriptions of facts that differ between two recordings, except those on computation and in `but`."""
     for kind, a, b in (("run", A.run, B.run), ("result", A.result, B.result)):
         for name in sorted(a.keys() | b.keys()):
             x, y = a.get(name), b.get(name)

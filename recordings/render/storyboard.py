@@ -179,7 +179,7 @@ class _Drawing:
         return f"{stage}, {clock(self.times[i])}"
 
     def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
-        """Return instant i as seen along the x axis: faces (4, 2), farthest first, their colours, rope lines (n, 2, 2)."""
+        """Return instant i as seen along the x axis: faces (4, 2), farthest first, colours, rope lines (n, 2, 2)."""
         faces = [(*face, colour) for far, flat, colour in self._faces for face in zip(far[i], flat[i], strict=True)]
         faces.sort(key=lambda face: -face[0])
         return [f[1] for f in faces], [f[2] for f in faces], self._ropes[i][:, :, 1:]

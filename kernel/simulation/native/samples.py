@@ -51,7 +51,7 @@ class RawRows:
         return self._rows[:, i if isinstance(i, slice) else slice(i, i + 1)]
 
     def sum(self, group: str, which: Sequence[int] | slice = slice(None)) -> np.ndarray:
-        """Return the sums (n, 1) over the columns of a group, added in a fixed order and thus independent of batches."""
+        """Return the sums (n, 1) over the columns of a group, added in a fixed order, so independent of batches."""
         found = self[group][:, which]
         return found.cumsum(axis=1)[:, -1:] + 0.0 if found.shape[1] else np.zeros((len(found), 1))
 
