@@ -87,7 +87,7 @@ class Sym:
     def __pow__(self, o: float) -> Any:
         if not (isinstance(o, int | float) and o in range(1, 9)):
             raise TypeError(
-                "a run-time value has whole powers from 1 to 8 only; use power of heavylift.kernel.forces.mathematics"
+                "traced code allows ** 1 to ** 8 only; else call power() of heavylift.kernel.forces.mathematics"
             )
         return self if o == 1 else mul(self, self ** (o - 1))
 
@@ -127,7 +127,7 @@ class Sym:
 
     def __float__(self) -> float:
         raise TypeError(
-            "a run-time value was forced to a float; use sin, cos, power or sqrt of heavylift.kernel.forces.mathematics"
+            "traced code cannot convert to float; call sin(), sqrt() and others of heavylift.kernel.forces.mathematics"
         )
 
 

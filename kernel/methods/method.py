@@ -206,13 +206,13 @@ class Stepless(Method):
     exponents = Exponents(0.0, 0.0, 0.0)
 
     def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
-        raise AssertionError("a method without native code makes no steps")
+        raise AssertionError("a method without native steps cannot attempt a step")
 
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        raise AssertionError("a method without native code makes no steps")
+        raise AssertionError("a method without native steps cannot store a step")
 
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
-        raise AssertionError("a method without native code has no fixed steps")
+        raise AssertionError("a method without native steps has no amplification matrix")
 
 
 class AtRest(Stepless):

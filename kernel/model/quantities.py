@@ -311,14 +311,16 @@ def check_signal(h: ScalarSignal, system: System, label: str) -> None:
     line = h.quantity in LINED and h.point and h.origin
     given = {"rope": h.ropes or line, "joint": h.of, "point": h.point, "origin": h.origin}
     for need in (need for need in ROWS[h.quantity].needs if not given[need]):
-        raise KernelError(f"{label}: {a} needs {'an' if need == 'origin' else 'a'} {need}")
+        raise KernelError(f"{label}: {a} needs {'an' if need == 'origin' else 'a'} {need}; give one")
     for rope in h.ropes:
         if rope not in {x.name for x in system.all_ropes}:
             raise KernelError(f"{label}: there is no rope '{rope}'")
     if len(h.numbers) != COUNTS.get(h.quantity, len(h.numbers)):
-        raise KernelError(f"{label}: {a} needs {COUNTS[h.quantity]} numbers, not {len(h.numbers)}")
+        raise KernelError(f"{label}: {a} needs {COUNTS[h.quantity]} values in `numbers`, not {len(h.numbers)}")
     if h.quantity == "moment" and (len(h.numbers) < 3 or len(h.numbers) % 2 == 0 or min(h.numbers[2::2]) <= 0.0):
-        raise KernelError(f"{label}: a moment needs a chart as numbers: a tension, then pairs (radius, tension > 0)")
+        raise KernelError(
+            f"{label}: `numbers` must be the tension of the empty hook, then a chart: pairs (radius, tension > 0)"
+        )
     if h.quantity == "use" and len(h.numbers) != len(h.ropes):
         raise KernelError(
             f"{label}: a utilisation needs a limit for each of {len(h.ropes)} ropes, not {len(h.numbers)}"
@@ -328,7 +330,7 @@ def check_signal(h: ScalarSignal, system: System, label: str) -> None:
         len(h.numbers) < 4 or len(h.numbers) % 2 or min(h.numbers[3::2]) <= 0.0 or not rising
     ):
         raise KernelError(
-            f"{label}: this utilisation needs a chart: two numbers, then pairs (place, load > 0) with ascending places"
+            f"{label}: `numbers` must be factor and offset of the load, then pairs (place, load > 0) by place"
         )
     if h.quantity == "wind" and h.of not in {x.name for x in system.forces}:
         raise KernelError(f"{label}: there is no wind '{h.of}'")
@@ -348,6 +350,8 @@ def _lines(h: ScalarSignal, system: System) -> tuple[tuple[Line, ...], ...]:
     asked = h.ropes if h.quantity in SIDES else h.ropes[:1]
     for rope in asked or ("",):
         if rope not in known:
-            raise KernelError(f"signal '{h.quantity}': there is no straight rope '{rope}'")
+            raise KernelError(
+                f"signal '{h.quantity}': there is no rope '{rope}' over straight lines; name one that has no sheaves"
+            )
     on = h.point and h.point.body
     return tuple(tuple(x for x in known[rope] if on is None or on in (x.a.body, x.b.body)) for rope in asked)

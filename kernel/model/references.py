@@ -159,7 +159,7 @@ class References:
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
         if master and name in self._placed and master not in self._commanded:
             raise KernelError(
-                f"'{name}' cannot follow '{master}': a prescribed drive can follow only commanded masters"
+                f"'{name}' cannot follow '{master}': a prescribed drive can follow only a commanded master signal"
             )
         if name not in self._followers.get(master, (name,)):
             raise KernelError(

@@ -37,7 +37,7 @@ class CallProtocol:
         self.check_begun()
         if self.phase in (FIRED, STOPPED):
             raise KernelError(
-                f"{what} at {epoch_ns * 1e-9:.9g} s: the simulation was stopped there by an event or a command; "
+                f"{what} at {epoch_ns * 1e-9:.9g} s: an event or a command has stopped the simulation; "
                 "call settle() first"
             )
 

@@ -120,7 +120,7 @@ class CommandSwitches:
         """Set the driven signal of a force to a value; raises KernelError for a signal that only profiles change."""
         self._standing("set_signal")
         if name not in steered(self._native.program.system):
-            raise KernelError(f"'{name}' is not a driven signal of a force; move it by a profile")
+            raise KernelError(f"'{name}' is not a force signal that can be set at once; use set_profile()")
         if not isfinite(value):
             raise KernelError(f"'{name}': {value!r} is not a valid value of a signal; give a finite number")
         self.references.set_value(name, self._native.epoch, value)

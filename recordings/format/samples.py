@@ -143,7 +143,7 @@ def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
     try:
         wire = _decode_batch(payload)
     except UNREADABLE as error:
-        raise RecordingError(f"a batch of samples is not [number, times, rows]: {error}") from None
+        raise RecordingError(f"a batch of samples cannot be decoded as [number, times, rows]: {error}") from None
     first, times, data = wire.first, wire.times, wire.rows
     if wire.lift and wire.lift not in layout.lifts:
         raise RecordingError(
