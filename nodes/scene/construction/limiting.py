@@ -5,7 +5,7 @@ The source of a number is the scene, the machine type or, for a default value, "
 
 from collections.abc import Iterator, Sequence
 
-from heavylift.kernel.description.forces import Wind
+from heavylift.kernel.description.forces import MooringLine, Spring, Wind
 from heavylift.kernel.description.mechanics import Point
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan.limit import TOUCHING, RatedLimit
@@ -160,7 +160,7 @@ def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
         }
         if floating and scene.waves and scene.fidelity.water == "motion given":
             leans = any(name in (x.on, x.vessel) for x in scene.fenders.values())
-            acting = {**streams, "drift": hull and hull.drift, "fenders": leans}
+            acting = {**streams, "drift": hull and hull.drift, "fenders": leans, **_pulls(builder, name)}
             missing |= {f"{of} on {name}": "does not move it: its motion is given" for of, x in acting.items() if x}
         for of in (of for of, keys in streams.items() if keys and keys.height is None):
             missing[f"heel of {name} by {of}"] = f"not included; give the 'height' of 'floating: {{{of}: ...}}'"
@@ -172,6 +172,13 @@ def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
         for subject, note in ((x, y) for x, y in missing.items() if y):
             where = builder.source.where(("vessels", name))
             yield RatedLimit(subject=subject, quantity="inputs", unit="", note=note, where=where)
+
+
+def _pulls(builder: SceneBuilder, name: str) -> dict[str, bool]:
+    """Return the forces of mechanisms on a vessel of which the response of a given motion knows nothing."""
+    found = (f for m in builder.machines if m.name != name for f in m.system.forces if not isinstance(f, MooringLine))
+    others = (f for f in found if not (isinstance(f, Spring) and not f.d))
+    return {f.name: True for f in others if name in [point.body for point in f.points]}
 
 
 def _splashes(builder: SceneBuilder, hooks: Sequence[RatedLimit]) -> Iterator[RatedLimit]:

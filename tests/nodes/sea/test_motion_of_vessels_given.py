@@ -174,8 +174,14 @@ FENDER = (
 
 def test_what_does_not_move_a_vessel_of_given_motion_is_listed_as_not_checked() -> None:
     acting = [f"vessels.barge.floating.{of}={STREAM}" for of in ("current", "wind")]
+    ends = "start: {body: world, at: [0, 40 m, 0]}, end: {body: barge, at: [0, 16 m, 0]}"
+    acting.append("mechanism.forces.tug={type: load, body: barge, force: [0 kN, 100 kN, 0 kN]}")
+    acting.append(
+        f"mechanism.forces.dolphin={{type: spring, {ends}, rest: 24 m, stiffness: 1 MN/m, damping: 1 MN s/m}}"
+    )
+    acting.append(f"mechanism.forces.hawser={{type: spring, {ends}, rest: 24 m, stiffness: 1 MN/m}}")
     acting += ["current={speed: 1 m/s, heading: 90 deg}", "wind={speed: 8 m/s, direction: [0, 1, 0]}", FENDER]
-    for level, want in (("memory", set[str]()), ("motion given", {"current", "wind", "fenders"})):
+    for level, want in (("memory", set[str]()), ("motion given", {"current", "wind", "fenders", "tug", "dolphin"})):
         rows = load("moored", [*acting, f"fidelity={{water: {level}}}"]).plan.limits
         found = [x for x in rows if x.note == "does not move it: its motion is given"]
         assert {x.subject for x in found} == {f"{of} on barge" for of in want}
