@@ -25,7 +25,6 @@ from heavylift.nodes.scene import LoadedScene
 from .looking import Look, as_it_is, errors_of_limits, looks, with_level
 from .measuring import Measuring, largest
 from .model_levels import DECADE, Ladder, ModelLevel, at_level
-from .screening import plausible
 
 STUCK = 3  # decades of the tolerance that change nothing for the better, until it is given up: steps become four times
 # as short, by which a method that has damped a swing away sees it
@@ -119,7 +118,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     last: Look | None = None
     wrong = inf
     tolerance = LOOSEST * question.accuracy  # looser steps cannot be within the accuracy
-    for number, level in enumerate(levels := plausible(ladder.plausible, ladder.plan, question)):
+    for number, level in enumerate(levels := ladder.plausible):
         for other in ladder.witnesses(level)[:1]:
             measuring.prepare(ladder.in_own_steps(ladder.candidates(level)[0]).on(other))
         look = _climbed(ladder, level, tolerance, question.accuracy, measuring, number + 1 < len(levels))

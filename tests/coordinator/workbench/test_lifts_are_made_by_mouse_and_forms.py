@@ -40,7 +40,7 @@ def test_the_lift_of_the_tutorial_can_be_made_changed_run_compared_and_reported_
     hands.previewed()
     assert hands.run().startswith("GREEN: 105 passed")
     page.get_by_role("tab", name="Loads and tables").click()
-    assert "1928.2" in page.locator("#panel").inner_text(), "the peak tension of the tutorial"
+    assert "1928.3" in page.locator("#panel").inner_text(), "the peak tension of the tutorial"
 
     page.get_by_role("button", name="Duplicate").click()
     page.get_by_role("dialog").get_by_label("name").fill("slower")
