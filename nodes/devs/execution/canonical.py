@@ -42,7 +42,7 @@ def frozen(value: object, around: Sequence[object] = ()) -> bytes:
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise bytes from `frozen` with the same objects `around`; raises TypeError or LookupError for others."""
+    """Deserialise bytes from `frozen` with the same objects `around`; raises TypeError or LookupError if invalid."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 

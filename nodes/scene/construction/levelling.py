@@ -71,7 +71,7 @@ class Levelling:
                         self.held |= {own} if sling.hooked else set()
 
     def follow(self, orders: Sequence[actions.Order]) -> None:
-        """Update the hooked slings and the turn angles of blocks for the orders of an action."""
+        """Update the hooked slings and the turn angles of blocks by the orders of an action."""
         for order in orders:
             match order:
                 case actions.Hookup() if order.sling in self.hangs:

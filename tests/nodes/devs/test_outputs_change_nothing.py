@@ -83,7 +83,7 @@ def ran(until: int, *models: Atomic) -> str:
 
 
 @pytest.mark.parametrize(("key", "spoil"), SPOILS, ids=[f"{key}-{i}" for i, (key, _) in enumerate(SPOILS)])
-def test_an_output_function_that_changes_the_state_is_reported_with_the_attribute(
+def test_an_output_function_that_changes_the_state_is_reported_with_the_changed_attribute(
     key: str, spoil: Callable[[Any], object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     message = f"r.b at (0.00000001 s, 0): output() must not change the state: it changed {key}; do that in a transition"
@@ -93,7 +93,7 @@ def test_an_output_function_that_changes_the_state_is_reported_with_the_attribut
 
 
 @pytest.mark.parametrize("after", range(0, 4000, 333))
-def test_an_output_function_that_starts_to_change_the_state_later_is_found_soon(after: int) -> None:
+def test_an_output_function_that_begins_to_change_the_state_late_in_a_run_is_soon_found(after: int) -> None:
     message = ran(
         50_000, *(Light(f"c{i}") for i in range(5)), Light("late", lambda self: put("n", self.n + 1)(self), after)
     )
@@ -103,7 +103,7 @@ def test_an_output_function_that_starts_to_change_the_state_later_is_found_soon(
     assert 0 <= seen - 10 * (after + 1) < 20 * rules.EVERY  # [ns]
 
 
-def test_an_output_function_without_state_changes_is_accepted() -> None:
+def test_an_output_function_that_changes_no_state_is_accepted() -> None:
     harmless: list[Callable[[Any], object]] = [
         lambda self: self.queue.sort(),
         put("n", 0),
@@ -115,7 +115,7 @@ def test_an_output_function_without_state_changes_is_accepted() -> None:
         assert ran(15, Clock("a", spoil)) == "came to 20"
 
 
-def test_large_states_are_checked_less_often_for_changes_by_the_output_function() -> None:
+def test_a_model_with_a_large_state_is_checked_less_often_for_changes_in_its_output_function() -> None:
     candidates = 0
 
     class Heavy(Relay):
@@ -193,7 +193,7 @@ UNCHANGEABLE: list[tuple[str, Callable[[Any], object]]] = [
 
 
 @pytest.mark.parametrize(("key", "spoil"), UNCHANGEABLE)
-def test_an_output_function_that_replaces_an_immutable_attribute_is_reported_with_the_attribute(
+def test_an_output_function_that_replaces_an_immutable_attribute_is_reported_with_its_name(
     key: str, spoil: Callable[[Any], object]
 ) -> None:
     message = f"r.a at (0.00000001 s, 0): output() must not change the state: it changed {key}; do that in a transition"
