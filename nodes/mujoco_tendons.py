@@ -146,5 +146,5 @@ def _flat(x: np.ndarray, n: np.ndarray) -> np.ndarray:
 
 
 def row_of(x: np.ndarray) -> Any:
-    """Return numbers as a tuple, with numbers that are only rounding errors set to 0."""
+    """Return numbers as a tuple, in which mere rounding errors are replaced by 0."""
     return tuple(float(e) if abs(e) > ROUNDED else 0.0 for e in x)

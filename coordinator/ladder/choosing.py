@@ -25,7 +25,6 @@ from heavylift.nodes.scene import LoadedScene
 from .looking import Look, as_it_is, errors_of_limits, looks, with_level
 from .measuring import Measuring, largest
 from .model_levels import DECADE, Ladder, ModelLevel, at_level
-from .screening import plausible
 
 STUCK = 3  # decades of the tolerance that change nothing for the better, until it is given up: steps become four times
 # as short, by which a method that has damped a swing away sees it
@@ -59,8 +58,7 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene with the first of the `ACCURACIES`, loosest first, that leaves no check undecided, or else the
-    tightest."""
+    """Return the scene at the loosest of the `ACCURACIES` that leaves no check undecided, or else at the tightest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
@@ -85,7 +83,7 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """Return the scene with its chosen model level, integration method, tolerance and sample rate applied."""
+    """Return a copy of the scene that uses the chosen model level, integration method, tolerance and sample rate."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
@@ -93,8 +91,7 @@ def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
 
 
 def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Measure the errors of the requested quantities at the scene's own model level and time steps; return the scene
-    with these errors."""
+    """Return the scene with the measured errors of the requested quantities at its own model level and time steps."""
     if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
     measuring = Measuring(ask, say=say)
@@ -121,7 +118,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     last: Look | None = None
     wrong = inf
     tolerance = LOOSEST * question.accuracy  # looser steps cannot be within the accuracy
-    for number, level in enumerate(levels := plausible(ladder.plausible, ladder.plan, question)):
+    for number, level in enumerate(levels := ladder.plausible):
         for other in ladder.witnesses(level)[:1]:
             measuring.prepare(ladder.in_own_steps(ladder.candidates(level)[0]).on(other))
         look = _climbed(ladder, level, tolerance, question.accuracy, measuring, number + 1 < len(levels))

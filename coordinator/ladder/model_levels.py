@@ -128,7 +128,7 @@ class ModelLevel:
 
 @dataclass(frozen=True)
 class Ladder:
-    """All combinations of model level and time steps for a plan, except where the scene's settings `named` fix them."""
+    """All combinations of model level and time steps for a plan; the scene's own settings `named` stay fixed."""
 
     plan: Plan
     named: Sequence[str] = ()
@@ -140,7 +140,7 @@ class Ladder:
 
     @property
     def compared(self) -> list[Fidelity]:
-        """All model levels and, for vessels in waves, the finest one with less of the water."""
+        """All model levels; for vessels in waves also the finest one with each simpler model of the water."""
         finest = self.full[-1]
         flat = [msgspec.structs.replace(finest, water=water) for water in WATERS]
         whole = system(at_level(self.plan, finest))

@@ -37,14 +37,14 @@ Ran: TypeAlias = RunFigures | str
 
 
 class Start(Protocol):
-    """Interface of a function that starts a run of a plan, with `measured` also the runs that measure its errors."""
+    """Interface of a function that starts a run of a plan and, if `measured`, also runs that measure its errors."""
 
     def __call__(self, plan: Plan, measured: bool = False) -> Future[Ran]: ...
 
 
 @contextmanager
 def starting(at_once: int) -> Iterator[Start]:
-    """Yield a function that starts runs in a pool of `at_once` processes, or for 0 runs them in this process."""
+    """Yield a function that starts runs in a pool of `at_once` processes, or in this process if `at_once` is 0."""
     if at_once < 1:
         yield _here
         return

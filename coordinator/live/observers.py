@@ -81,7 +81,7 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
 def shown(
     hub: Hub | LocalHub, name: str, recording: Path | None, turning: Iterable[str] = ()
 ) -> Iterator[EventPublisher | None]:
-    """Publish the events of run `name` while this context is open, except for a run in one process (yields None).
+    """Publish the events of run `name` while this context is open; a run in one process is not published (yields None).
 
     `turning`: actuators whose coordinate is an angle.
     """
@@ -136,7 +136,7 @@ LOOK_s = 0.02  # how often an observer looks for more
 
 
 class Observer(Iterator[tuple[int, Event]]):
-    """Iterator over the numbered events of a run in progress; `ended` then holds how the run ended."""
+    """Iterator over the numbered events of a run in progress; after the last one, `ended` states how the run ended."""
 
     def __init__(self, found: AnnouncedRun) -> None:
         self.found = found
@@ -163,12 +163,13 @@ class Observer(Iterator[tuple[int, Event]]):
 
 
 def observe(run: str | Path | AnnouncedRun = "") -> Observer:
-    """Return an iterator over all numbered events of the run in progress that `find` finds by the same text."""
+    """Return an iterator over the numbered events of a run in progress; `run`: a text as for `find`, or the run
+    itself."""
     return Observer(run if isinstance(run, AnnouncedRun) else find(str(run)))
 
 
 class Lines:
-    """Formats all events of a run, passed in order, as lines of text, each with its stage."""
+    """Formatter of events as lines of text with their stages; it must receive all events of a run in order."""
 
     def __init__(self, notice: Notice) -> None:
         self._units, self._angles = notice.units, notice.angles

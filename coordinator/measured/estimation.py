@@ -68,8 +68,7 @@ class InputEstimates:
 def estimate(
     simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Input], message: Identifiable, at: Alignment
 ) -> InputEstimates:
-    """Estimate inputs of a scene by least squares from measured data; inputs that the data do not determine get the
-    reason.
+    """Estimate inputs of a scene by least squares from measured data, or state why the data do not determine an input.
 
     `simulate` returns the channels for given input values (m,).
     """

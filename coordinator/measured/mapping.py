@@ -76,7 +76,7 @@ class LogSignals:
 
     @property
     def compared(self) -> list[LogChannel]:
-        """The measured channels that the run also has."""
+        """The measured channels for which the run has a simulated signal."""
         return [channel for channel in self.channels if channel.model]
 
 

@@ -84,7 +84,7 @@ def module(reference: str) -> str:
 
 
 def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
-    """Build the model that `by` names, and check that it has children with these names."""
+    """Build the model that `reference` names, and check that it has children with these names."""
     model = built(reference, by)
     for name in names:
         if name not in model.children:

@@ -34,7 +34,7 @@ class Wiring(NamedTuple):
 
     @property
     def all(self) -> list[Coupling]:
-        """All couplings, including those from outside and those of ports whose messages go to the coordinator."""
+        """All couplings of a run: between nodes, from operators to nodes, and from nodes to the coordinator."""
         message = (*self.message, *([self.finish] if self.finish else []))
         return [*self.couplings, *self.outside, *(Coupling(*port, "", "") for port in message)]
 
@@ -80,7 +80,7 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
 
 
 def postponed(core: OpenCoordinator | Lockstep, plan: Plan) -> bool:
-    """Postpone the end of a run that has no stated end if a model that gives orders still has events; return whether.
+    """Postpone the end of a run without a stated end while models that give orders have events; return whether it was.
 
     A load that only swings does not count.
     """

@@ -36,8 +36,8 @@ _ghosts: dict[tuple[type, Reach], type] = {}
 
 
 def secluded(root: Coupled, names: Sequence[str], build: Callable[[], Coupled]) -> list[Model]:
-    """Return these children of the root, isolated from all other models; children that share objects come from builds
-    of their own."""
+    """Return children of the root, isolated from all other models; each child that shares objects with others is built
+    anew."""
     bound = _bound([root.children[name] for name in names])
     own = {name: root.children[name] for name in names if name not in bound}
     _seclude(root, own)

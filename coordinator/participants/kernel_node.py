@@ -153,7 +153,7 @@ class KernelNode:
         return sorted(out, key=lambda e: e.order)
 
     def among(self) -> list[Event]:
-        """Return no events, since every event of the kernel goes to a model in another node."""
+        """Return no events, since the kernel sends none within its own node."""
         return []
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:

@@ -20,7 +20,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 
 class Lockstep:
-    """Nodes that run together in this thread; what they say to each other is checked by themselves only.
+    """Nodes of a run that advance together in this thread; no coordinator checks the events that they exchange.
 
     `safe`: the earliest logical time at which an event from outside can still be injected.
     """
@@ -66,7 +66,7 @@ class Lockstep:
 
     @property
     def over(self) -> RunEnd | None:
-        """The reason why the run has ended, as of the `Coordinator`; otherwise None."""
+        """The reason why the run has ended, the same as `Coordinator.over`; None while it goes on."""
         if (first := self.first) < self.end:
             return None
         return RunEnd.FINISHED if self._finished else RunEnd.QUIET if first == FOREVER else RunEnd.BOUND

@@ -54,8 +54,8 @@ class _Stages:
 
 
 def at_rest(scene: LoadedScene, at: float | None, after: str) -> tuple[Equilibrium, Simulation]:
-    """Return an equilibrium of a scene and its simulation: after a stage, or found from the pose of a run at time `at`
-    [s]."""
+    """Return an equilibrium of a scene, after a stage or found from the pose of a run at time `at` [s], and its
+    simulation."""
     if at is None:
         path = resting(scene, after)
         return path.rest(), path.command
@@ -77,8 +77,7 @@ def check_steps(scene: LoadedScene) -> None:
 
 
 def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
-    """Return the equilibrium path of a scene up to the end of stage `after`, or only its first point; raises
-    SceneError."""
+    """Return the equilibrium path of a scene up to the end of stage `after`; only its first point if `after` is ""."""
     rehearsal = StaticRun(scene.plan, after)
     if not after:
         rehearsal.path.start()

@@ -54,7 +54,7 @@ class RecordedKernel:
 
 
 class Recalled:
-    """A kernel that first replays its recorded outputs up to a checkpoint and then computes on; a `Steppable` like
+    """A kernel that replays its recorded outputs up to a checkpoint and then continues computing; a `Steppable` like
     `KernelNode`."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
@@ -122,7 +122,7 @@ class Recalled:
         return self._last
 
     def results(self, end: Tag) -> dict[str, Message]:
-        """Return the results of the kernel."""
+        """Return the results that the kernel reports at the end of a run."""
         return self._kernel.results(end)
 
     def outputs(self) -> list[Event]:
@@ -133,7 +133,7 @@ class Recalled:
         return list(takewhile(lambda event: event.tag == tag, reversed(self._events)))
 
     def among(self) -> list[Event]:
-        """Return the events that no other node receives, as in `KernelNode.among`."""
+        """Return the events that the kernel sends within its own node, as `KernelNode.among` does."""
         return self._kernel.among()
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
@@ -225,7 +225,8 @@ class _Known:
         return times, rows
 
     def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
-        """Yield the recorded rows before row `end` or a time [ns], in batches: number of the first row, times, rows."""
+        """Yield recorded sample rows before row `end` and time `before_ns`, in batches: number of the first row,
+        times, rows."""
         while self.number < end and self._next() and self._times[0] < before_ns:
             first = self.number
             n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])

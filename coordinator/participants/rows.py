@@ -1,7 +1,7 @@
 """Receivers of the kernel's sample rows: nobody, the largest values only, or encoded batches for whoever records them.
 
 A batch is [first, times, rows, notes, period, lift] in MessagePack, as `recordings/format/samples.py` reads it; rows of
-a lift that is computed alone are numbered by themselves. Rows in memory are kept by `coordinator/run/in_memory.py`.
+a lift that is simulated apart are numbered by themselves. Rows in memory are kept by `coordinator/record/kept_rows.py`.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,7 +20,7 @@ Note = tuple[int, int, str]  # number, time [ns], sentence
 
 
 class RowSink:
-    """A receiver of sample rows that wants none."""
+    """Receiver of sample rows that discards them; base class of all receivers."""
 
     most: NDArray[np.float64] = np.zeros(0)
     """The largest absolute value in each column of the samples so far, if the receiver keeps it."""
@@ -28,23 +28,23 @@ class RowSink:
     def rows(
         self, method: Stepping, first: int, rows: Sequence[Row], notes: Sequence[Note] = (), period: int = 0
     ) -> None:
-        """Receive consecutive samples from number `first` on, and new notes; with a `period` [ns] the last row stands
-        for all later ones of a scene at rest."""
+        """Receive consecutive sample rows from number `first` on, and notes; with a `period` [ns], the last row repeats
+        while the scene is at rest."""
 
     def apart(self, lift: LiftRowsView, first: int, rows: Sequence[Row]) -> None:
-        """Receive rows of a lift that is computed alone."""
+        """Receive sample rows of one lift, which is simulated apart from the other lifts."""
 
     def paused(self, simulation: Simulation | Islands) -> None:
-        """Called now and then during a long calculation; may raise HeavyliftError."""
+        """Called repeatedly during a long calculation; a subclass may raise HeavyliftError to end the calculation."""
 
 
 class LargestRows(RowSink):
-    """A receiver that keeps the largest values of the rows."""
+    """Receiver of sample rows that keeps the largest absolute value of each column."""
 
     def rows(
         self, method: Stepping, first: int, rows: Sequence[Row], notes: Sequence[Note] = (), period: int = 0
     ) -> None:
-        """Keep the largest values of rows that are final."""
+        """Update the largest values by sample rows, except by the row that repeats while a scene is at rest."""
         different = rows[:1] if all(row is rows[0][1] for _, row in rows) else rows
         values = published(method, np.array([row for _, row in different])).astype("<f8", copy=False)
         if not period:
@@ -61,7 +61,7 @@ class LargestRows(RowSink):
 
 
 class RowFrames(LargestRows):
-    """A receiver that publishes rows as encoded batches."""
+    """Receiver of sample rows that publishes them as encoded batches."""
 
     def __init__(self, publish: Callable[[bytes], None]) -> None:
         self._publish = publish
@@ -73,7 +73,7 @@ class RowFrames(LargestRows):
         self._publish(msgspec.msgpack.encode((first, times, values.tobytes(), *more)))
 
     def apart(self, lift: LiftRowsView, first: int, rows: Sequence[Row]) -> None:
-        """Publish rows of a lift that is computed alone."""
+        """Publish sample rows of one lift, which is simulated apart from the other lifts."""
         values = published(lift.method, np.array([row for _, row in rows])).astype("<f8", copy=False)
         batch = first, [t for t, _ in rows], values.tobytes(), (), 0, lift.name
         self._publish(msgspec.msgpack.encode(batch))

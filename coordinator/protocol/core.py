@@ -1,4 +1,4 @@
-"""The coordinator: conservative Parallel DEVS in one round trip per decision. No input or output, no clock.
+"""The coordinator: conservative Parallel DEVS, one round trip per decision, no null messages, no I/O, no clock.
 
 A node is a model, or several that share a process and are known by the name of the first. PROTOCOL.md defines the
 terms and proves correctness; the numbers are those of its steps.
@@ -143,7 +143,8 @@ class Coordinator:
             self._leave()
 
     def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
-        """Commit offers, release events, and return the grants of all nodes that can advance, all below `horizon`."""
+        """Commit offers, release events, and return the grants of all nodes that can advance; no grant exceeds
+        `horizon`."""
         if not self._open:
             return []
         before, self._limit = self._limit, min(self.end, horizon)
@@ -195,7 +196,7 @@ class Coordinator:
         return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
 
     def failed(self, name: str, fail: Fail) -> ModelError:
-        """Return the error for a node's FAIL: its sentence, or the nodes of the zero-delay cycle that it is part of."""
+        """Return the error for a node's FAIL: the zero-delay cycle that the node is part of, or else its sentence."""
         node = self._node(name)
         if self._open and node.running:
             # a model may fail after it has sent: what it sent before belongs to the recording

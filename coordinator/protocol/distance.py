@@ -54,7 +54,7 @@ def chain(first: Delay, second: Delay) -> Delay:
 
 
 def reaction(lookahead: int) -> Delay:
-    """Return the delay from an input to an output on a port with this lookahead [ns]."""
+    """Return the delay from an input of a node to an output on a port that has this lookahead [ns]."""
     return (lookahead, 0) if lookahead > 0 else (0, 1)
 
 
@@ -239,7 +239,7 @@ class NodeState:
         return done
 
     def hold_back(self, other: "NodeState", dones: int) -> None:
-        """Record that this node now blocks node `other`, after all nodes together have sent `dones` DONE messages."""
+        """Record that this node now blocks node `other`; `dones`: number of DONE messages of all nodes so far."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:
             other._held.append((dones, self.name))

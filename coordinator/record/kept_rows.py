@@ -19,7 +19,7 @@ PIECE = 512  # rows that are read together: so few that they stay in the cache o
 
 
 class KeptRows(RowSink):
-    """A receiver of rows that keeps them."""
+    """Receiver of sample rows that keeps them in memory."""
 
     def __init__(self) -> None:
         self.kept: list[tuple[Stepping, Row]] = []  # beside the code whose row it is
@@ -28,23 +28,23 @@ class KeptRows(RowSink):
         self.limit(inf, "")
 
     def limit(self, allowed: float, cut: str) -> None:
-        """End the run with an error that begins with `cut` after the `allowed` wall time [s] from now on."""
+        """Set a limit of wall time [s] from now on, after which the run ends with an error that begins with `cut`."""
         self._allowed, self._cut, self._deadline = allowed, cut, time.perf_counter() + allowed
 
     def paused(self, simulation: Simulation | Islands) -> None:
-        """Raise KernelError if the run takes too long."""
+        """Called during long calculations; raises KernelError once the limit of wall time has passed."""
         if time.perf_counter() > self._deadline:
             raise KernelError(f"{self._cut} {self._allowed:.3g} s of wall time, at {simulation.now:.3f} s of the run")
 
     def rows(
         self, method: Stepping, first: int, rows: Sequence[Row], notes: Sequence[Note] = (), period: int = 0
     ) -> None:
-        """Keep rows and notes."""
+        """Keep sample rows and notes."""
         self.kept += [(method, row) for row in rows]
         self.sentences += [(t_ns, sentence) for _, t_ns, sentence in notes]
 
     def apart(self, lift: LiftRowsView, first: int, rows: Sequence[Row]) -> None:
-        """Keep rows of a lift that is computed alone."""
+        """Keep sample rows of one lift, which is simulated apart from the other lifts."""
         shown = published(lift.method, np.array([row for _, row in rows]))
         self.of_lifts.setdefault(lift.name, []).extend(zip([t for t, _ in rows], shown, strict=True))
 

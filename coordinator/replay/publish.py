@@ -35,7 +35,7 @@ FASTER = 2.0  # what one press of + or - does to the rate
 
 
 class PublishedItem(NamedTuple):
-    """An item to publish: an event, or the bytes of a data topic."""
+    """An item to publish: an event, or an encoded message on a topic of sample data."""
 
     t_ns: int
     event: Event | None

@@ -261,7 +261,7 @@ def _past(what: RunBranch) -> RecordedKernel:
 
 
 def different(old: Plan, new: Plan) -> list[str]:
-    """Return up to `NAMED` paths at which two plans differ, and "and N more" if there are others."""
+    """Return the first paths (at most `NAMED`) at which two plans differ, and "and N more" if there are others."""
     found = list(_apart("", old, new))
     return [*found[:NAMED], *([f"and {len(found) - NAMED} more"] if len(found) > NAMED else [])]
 

@@ -120,7 +120,7 @@ class Conversation:
             hub.sampled = self._take_samples
 
     def written_to(self, wanted: str | Path | None, given: Path | None) -> None:
-        """Report to the user that the recording has the file name `given`, since the one `wanted` exists."""
+        """Report the file name `given` of the recording to the user if the name `wanted` was taken."""
         if given is not None and given != Path(wanted or ""):
             self._watch.say(f"{wanted} exists; writing {given}")
 
@@ -182,7 +182,7 @@ class Conversation:
                 got = self._hear(0.0) if outstanding else None  # one decision for all that have come meanwhile
 
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
-        """End the run in order: send STOP, receive the last samples and the BYE of every node."""
+        """End the run without an error: send STOP, receive the last samples and the BYE of every node."""
         self._close()
         self._take_samples()
         self._recorder.settle(end.t)

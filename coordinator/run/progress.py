@@ -75,7 +75,7 @@ class Progress(RunObserver):
             self._live.update(self._line())
 
     def say(self, sentence: str) -> None:
-        """Print a line of its own above the progress bar."""
+        """Print a sentence on a separate line above the progress bar."""
         if self._live is None:
             print(printable(sentence), file=sys.stderr)
         else:

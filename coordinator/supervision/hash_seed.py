@@ -23,8 +23,7 @@ def fixed() -> bool:
 
 
 def start_again() -> None:
-    """Restart this command with the fixed hash seed and UTF-8; does nothing if another program has called it as a
-    function."""
+    """Restart this command with the fixed hash seed and UTF-8, unless another program has called it as a function."""
     message = os.environ.items() >= SEED.items()  # and not listened to: python -E
     if message or (fixed() and sys.flags.utf8_mode) or os.name != "posix":
         return

@@ -80,7 +80,7 @@ NOTICE_s = 2.0
 
 
 class Crew(Protocol):
-    """Interface to the processes on this machine, for their supervision."""
+    """Interface by which the supervisor examines the node processes on this machine."""
 
     def pid(self, process: str) -> int | None:
         """Return the process id of the process with this name."""
@@ -113,8 +113,9 @@ class StallDetector:
         self._debts: dict[str, _Debt] = {}
 
     def lost(self, process: str, since: float, now: float) -> str | None:
-        """Return how a process was lost that owes an answer since `since` [monotonic s]; "" if it is not lost, None if
-        undecided."""
+        """Return why a process counts as lost; "" if it does not, None if undecided.
+
+        `since`: time [monotonic s] since which it owes an answer."""
         debt = self._debts.get(process)
         if debt is None or debt.since != since:
             debt = self._debts[process] = _Debt(since, since)

@@ -147,8 +147,9 @@ class Processes(AbstractContextManager["Processes"]):
             return self._lost
 
     def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
-        """Kill a process and wait until it is gone; `look` is called while waiting for the process manager, and may
-        call `give_up`."""
+        """Kill a process and wait until it is gone.
+
+        `look` is called while waiting for the process manager, and may call `give_up`."""
         self._order(do="signal", signal=int(signal.SIGKILL), name=process)
         while not self._loss() and self.owed_since is not None:
             look()

@@ -25,8 +25,9 @@ HEADS = columns("Tp [s] .1", "passes up to Hs [m] .2", "occurrences .0", "of the
 
 @dataclass(frozen=True)
 class ScatterTable:
-    """Occurrences of sea states, indexed by [height][period]; upper ends of classes of Hs [m] and periods Tp [s] are in
-    ascending order."""
+    """Occurrences of sea states by class of significant wave height Hs [m] and peak period Tp [s].
+
+    `heights`, `periods`: upper ends of the classes, ascending; `counts`: indexed by [height][period]."""
 
     heights: tuple[float, ...]
     periods: tuple[float, ...]

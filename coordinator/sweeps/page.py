@@ -257,7 +257,7 @@ def _row(one: FoundLimit) -> tuple[Cell, ...]:
 
 
 def limits_sheet(scene: LoadedScene, found: Sequence[FoundLimit]) -> Sheet:
-    """Return the page of limits: a table, the reasons, and curves of utilisation."""
+    """Return the page of limits: a table, what turned each search red, and curves of utilisation."""
     drawn = [one for one in found if one.red is not None and len(_points(one)[0]) > 1]
     reasons = Notes("What turns red", tuple(f"{one.path}: {one.wrong or one.why}" for one in found))
     charts = [Chart("Largest use of a load's limit on the way", _figure(drawn))] if drawn else []

@@ -34,7 +34,7 @@ INPUT = "input/"  # before the name of a column: what was varied
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """Definition of a study: scene, axes, variants, number of draws and design (0 draws: full grid), seed."""
+    """Definition of a study: scene, axes, variants, sampling design with number of draws (0: full grid), and seed."""
 
     scene: LoadedScene
     axes: Sequence[Axis]

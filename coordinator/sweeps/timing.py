@@ -54,15 +54,16 @@ class TimingStep:
 
     @property
     def halved(self) -> bool:
-        """Whether a fraction of the change may be tried if the whole change turns the verdict red."""
+        """Whether a fraction of the change may be tried if the whole change makes the verdict red."""
         return self.kind == "overlap" or not self.why
 
     def value(self, part: float) -> float:
-        """Return the speed factor, or the overlap time [s], when the fraction `part` of the change is applied."""
+        """Return the speed factor, or the overlap time [s], if only the fraction `part` of this timing change is
+        applied."""
         return self.most if part >= 1.0 else self.now + (self.most - self.now) * part
 
     def text(self, before: str, part: float) -> str:
-        """Return the text of a value of the scene, now `before`, when the fraction `part` of the change is applied."""
+        """Return the text of a value with the fraction `part` of this change applied; `before`: its present text."""
         x = self.value(part)
         if self.kind == "overlap":
             return f"after {x:.1f} s"
@@ -108,7 +109,7 @@ def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
 
 
 def ramps(scene: LoadedScene) -> Iterator[TimingStep]:
-    """Yield changes that give travel and traverse swing-free ramps: two acceleration pulses, or one swing period
+    """Yield changes of travel and traverse moves to swing-free ramps: with two acceleration pulses, or one swing period
     long."""
     for i, action in enumerate(scene.scene.actions):
         along = [(t, p) for t, p in action.orders.items() if VERBS[p.verb].along]
@@ -246,7 +247,7 @@ class FoundTiming:
 
 
 def last_wait(actions: Sequence[Action]) -> int:
-    """Return the number of actions before the waits with which an action list ends."""
+    """Return the index of the first of the waits that end an action list; without such waits, the number of actions."""
     n = len(actions)
     while n and all(isinstance(order, Wait) for order in actions[n - 1].orders):
         n -= 1

@@ -180,8 +180,8 @@ class LocalHub(Exchange):
             super().send(node, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """Let nodes work until one sends a message and return (node, message); return None if no node can send one in
-        time."""
+        """Let nodes work until one sends a message; return (node, message), or None if none can and a `timeout` is
+        given."""
         while not self._inbox:
             if self._ready:
                 self._links[self._ready.popleft()].dispatch()

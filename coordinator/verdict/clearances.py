@@ -42,8 +42,8 @@ def clearances(
     mechanics: System | None = None,
     meant: Meant = (),
 ) -> list[Clearance]:
-    """Return the clearances of a run that are below their limits, smallest first; if these are few, also the smallest
-    other ones.
+    """Return the clearances of a run, smallest first: all that are below their limits, and at least the first
+    `smallest` ones.
 
     `landing`: intervals [s] in which an order to land is carried out; `mechanics`: those of the plan, if known;
     `meant`: allowed contacts with their times.
@@ -87,8 +87,7 @@ def lift_of(plan: Plan, thing: str) -> str:
 
 
 def limit_between(plan: Plan) -> Kept:
-    """Return a function that gives the required clearance [m] between two named parts: the larger one of their two
-    lifts."""
+    """Return a function that gives the required clearance [m] between named parts: the largest limit of their lifts."""
     limits = {x.subject: x.value for x in reversed(plan.limits) if x.quantity == "clearance" and x.value is not None}
     own = {x.name: limits[x.name] for x in plan.lists if x.name in limits}
     most = max(own.values(), default=next(reversed(limits.values()), LIMIT))
@@ -129,8 +128,8 @@ def _finding(c: Clearance, more: str) -> Check:
 
 
 def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
-    """Yield consecutive parts of a run, each with its first and last sample to search; samples at equal times are left
-    out.
+    """Yield consecutive parts of a run without repeated samples, each with the indices of the first and last sample
+    to search.
 
     Up to two more samples at either end serve to compute accelerations.
     """
@@ -176,7 +175,7 @@ class _Things:
         self.rigid: list[bool] = []
 
     def pairs(self, shapes: list[Moving], now: frozenset[int]) -> tuple[list[tuple[int, int]], list[int]]:
-        """Return the pairs of shapes to search, by index, and for each pair the number of its pair of named parts.
+        """Return the pairs of shapes to search, as pairs of indices, and the group number of each pair of shapes.
 
         `now`: numbers of the contacts allowed at this time.
         """

@@ -158,7 +158,7 @@ def turning(plan: Plan, text: Conduct) -> list[tuple[str, float, float]]:
 
 
 def turned(plan: Plan, text: Conduct) -> Iterator[tuple[int, float]]:
-    """Yield the turns that ended at the ordered angle: number of the action from 1, and the time [s] of the end."""
+    """Yield the number (from 1) of each action whose turn ended at the ordered angle, and the time [s] of the end."""
     masters = [(f"{own.name}-{TURN}", own.first, own.start) for own in plan.lists] or [(TURN, 0, plan.start)]
     for (master, first, angle), (_, after, _) in pairwise([*masters, ("", len(plan.actions), 0.0)]):
         orders = [(n, x.to) for n in range(first, after) for x in plan.actions[n].orders if isinstance(x, Turn)]

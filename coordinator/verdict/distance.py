@@ -34,8 +34,8 @@ class Placed(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Result of a distance computation at m poses: distances (m,) [m], negative for penetration; nearest or deepest
-    points; unit vectors from a to b (m, 3)."""
+    """Distances of shapes a and b at m poses (m,) [m], negative for penetration; nearest points; unit vectors from a to
+    b (m, 3)."""
 
     distance: Floats
     a: Floats

@@ -83,7 +83,8 @@ def onto(n: Floats) -> Floats:
 
 
 def axes_onto(x: float, y: float, z: float) -> Floats:
-    """Return the rotation (3, 3) whose third column is this unit vector; same bits as `onto`, but ten times as fast."""
+    """Return the rotation (3, 3) whose third column is this unit vector; equals `onto` bit by bit, but is ten times
+    as fast."""
     sign = 1.0 if z >= 0.0 else -1.0
     a = -1.0 / (sign + z)
     b = x * y * a
@@ -106,8 +107,8 @@ class BodyPoses(Protocol):
 
 
 def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
-    """Return the velocities [m/s, rad/s] of all bodies whose joints, up to the world, are free, sliding, hinged, fixed
-    or locked."""
+    """Return linear and angular velocities [m/s, rad/s] of bodies that only free, sliding, hinged, fixed or locked
+    joints connect to the world."""
     if not speeds:
         return {}
     still = np.zeros_like(next(iter(frames.values())).p)
@@ -137,7 +138,8 @@ def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Map
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
-    """Return upper bounds (n - 1,) of a body's deviation from straight motion between samples, from its velocities.
+    """Return upper bounds (n - 1,) of the deviation of a moving body from straight motion between samples, from its
+    velocities.
 
     Displacement of its origin [m], and of a point per metre of its distance from the origin.
     """

@@ -168,7 +168,7 @@ class OpenScene:
         return {"text": text, "version": version_of(text), "number": number}
 
     def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> dict[str, Any]:
-        """Change values of the scene, all or none, if its version is still this one; return the same as `save`.
+        """Apply edits to the scene, all or none, if its file still has this version; return the result of `save`.
 
         If the value is an integer, the list item at the path is moved to this index.
         """

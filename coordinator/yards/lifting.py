@@ -105,8 +105,8 @@ def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[Li
 
 
 def stated(differences: Sequence[float]) -> float:
-    """Return the stated relative error of computed durations: twice their largest difference to simulations, plus
-    `ACCURATE`."""
+    """Return the stated relative error of computed durations: twice their largest difference to simulations, plus that
+    of simulations (`ACCURATE`)."""
     return 2.0 * max(differences, default=0.0) + ACCURATE
 
 

@@ -5,11 +5,14 @@ falls through 0. Winch power -T L0' - (EA strain^2/2) L0': the second term is st
 
 Own mass of a rope, lumped at its ends as if it were straight and evenly stretched.
 
-Half of its weight pulls each end down, and a third of its mass moves with each; the sixth that couples the motion of
-both ends is neglected (Rayleigh 1877, The Theory of Sound, section 156). This keeps the frequencies of a mass on a
-rope, vertically and as a pendulum. The masses are added to the bodies before anything is traced; the remaining weight,
-a sixth of the rope at each end, is applied as a force. The tension at the lower end is smaller than in the middle by
-half of the weight.
+Half of its weight pulls each end down. With end velocities u and v, its kinetic energy is m (u.u + u.v + v.v)/6
+(Rayleigh 1877, The Theory of Sound, section 156). A third of its mass moves with each end: this keeps the frequencies
+of a mass on a rope, vertically and as a pendulum. These masses are added to the bodies before anything is traced; the
+remaining weight, a sixth of the rope at each end, is applied as a force. Of u.v, what drives move along straight lines
+is kept: if the reference of a drive moves one end with the acceleration a, the other end is pushed by -m a/6, which is
+work of the drive; so a ramp of a trolley drives a load M by M + m/2. The reaction m v'/6, and u.v of other motions,
+such as modes of a girder, are neglected, so that trees of bodies stay independent. The tension at the lower end is
+smaller than in the middle by half of the weight.
 """
 
 from collections.abc import Iterator
@@ -21,12 +24,14 @@ from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, select, sqrt
 from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.description.mechanics import WORLD, Body, Point, RigidRope, Rope, System
+from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.joint_locking import gathered
 
 from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, Setting, attachment
 from .joint_laws import one_sided
 
-MOVES, WEIGHS = 1.0 / 3.0, 1.0 / 2.0  # parts of a rope's mass at each end
+STRAIGHT = ("prismatic", "slider")  # joints along straight lines
+MOVES, WEIGHS, SHARED = 1.0 / 3.0, 1.0 / 2.0, 1.0 / 6.0  # parts of a rope's mass at each end, and of both
 
 
 def with_rope_masses(system: System) -> System:
@@ -38,6 +43,44 @@ def with_rope_masses(system: System) -> System:
     if not borne:
         return system
     return replace(system, bodies=tuple(_with(b, borne.get(b.name, [])) for b in system.bodies))
+
+
+@dataclass(frozen=True)
+class LedEnd:
+    """A rope end that a drive pushes since it moves the other end of the rope along a straight line.
+
+    `line`, `end`: of the rope, numbered from 0; `slides`: the body that the drive moves in translation; `numbers`: the
+    direction of the motion in axes of the body that slides, and the force on the end per acceleration [kg].
+    """
+
+    rope: Rope | RigidRope
+    line: int
+    end: int
+    body: str
+    slides: str
+    drive: str
+    numbers: tuple[float, ...]
+
+
+def led_ends(system: System, graph: Graph) -> Iterator[LedEnd]:
+    """Yield the ends of ropes with mass whose other ends drives move along straight lines."""
+    driven = {graph.joint(d.joint).body.name: d.name for d in system.drives}
+    for rope in system.straight_ropes:
+        for n, line in enumerate(rope.lines if rope.mass else ()):
+            for i, (end, other) in enumerate(((line.a, line.b), (line.b, line.a))):
+                for link in graph.above(other.body) if end.body != WORLD else ():
+                    if link.joint.kind in STRAIGHT and (name := link.body.name) in driven:
+                        axis = np.array(link.joint.R_CJ) @ np.array(link.joint.axis)
+                        numbers = (*axis.tolist(), SHARED * line.share * rope.mass)
+                        yield LedEnd(rope, n, i, end.body, name, driven[name], numbers)
+
+
+def led(end: Array, point: Array, slides: Array, p: Array, acceleration: Scalar) -> tuple[Array, Scalar]:
+    """Return the wrench (6,) on a led end at a point of its body and its power [W]; `end`, `slides`: bodies (21,), p:
+    numbers of `LedEnd`."""
+    arm, _, v = attachment(end, point)
+    f = np.reshape(slides[:9], (3, 3)) @ p[:3] * (-p[3] * acceleration)
+    return join(cross(arm, f), f), f @ v
 
 
 def not_weighed(weight: Scalar) -> Scalar:

@@ -16,6 +16,7 @@ def structure(program: Program, *method: object) -> str:
     p, s = program, program.system
     number, along = p.graph.number, p.graph.coordinate
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
+    drives = [d.name for d in s.drives]
 
     def of(x: Measured | Threshold) -> object:
         """Return the body number or coordinate indices on which the code of a measured signal or threshold depends."""
@@ -42,6 +43,10 @@ def structure(program: Program, *method: object) -> str:
             len(s.masters),
             [(r.winch, r.mass > 0.0, [number(p.body) for p in r.points]) for r in s.rigid_ropes],
             [x.structure for x in p.laws],
+            [
+                (ropes.index(x.rope.name), x.line, x.end, number(x.body), number(x.slides), drives.index(x.drive))
+                for x in p.led
+            ],
             [(m.kind, of(m), m.axis) for m in s.measured],
             [of_signal(h) for h in s.thresholds],
             [(k.q.start, k.v.start) for k in p.graph.links],

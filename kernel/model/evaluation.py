@@ -18,11 +18,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named, scope
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named, scope, select
 from heavylift.kernel.constraints.row_structure import RigidAt
-from heavylift.kernel.description.mechanics import Threshold
+from heavylift.kernel.description.mechanics import Rope, Threshold
 from heavylift.kernel.forces.force_law import attachment
-from heavylift.kernel.forces.ropes import not_weighed, pulls_down
+from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE, RopeAt, led, not_weighed, pulls_down
 from heavylift.kernel.forces.table import SharedForce
 
 from .instant import (
@@ -55,7 +55,7 @@ def accelerate(x: Evaluation) -> None:
         x.dv += list(out.dv)
         for d, force in zip(x.prescribed(i), out.reaction, strict=False):
             if d:
-                x.work["drive", d.name] = force * x.references[d.name][1]
+                x.work["drive", d.name] = force * x.references[d.name][1] + x.leading.get(d.name, 0.0)
 
 
 def pull_rigid_ropes(x: Evaluation) -> None:
@@ -148,6 +148,20 @@ def weigh_rigid_ropes(x: Evaluation) -> None:
         x.stored["rigid", r.name] = height
 
 
+def lead_ropes(x: Evaluation) -> None:
+    """Push the ends of ropes with mass whose other ends drives move."""
+    for n, end in enumerate(x.program.led):
+        elastic = isinstance(end.rope, Rope)
+        p = x.numbers("rope" if elastic else "rigid", end.rope.name)
+        point = p[(ROPE_HEAD if elastic else RigidAt.LINES) + ROPE_LINE * end.line + 3 * end.end :][:3]
+        hooked = p[RopeAt.HOOKED if elastic else RigidAt.HOOKED]
+        acceleration = select(hooked > 0.0, x.references[end.drive][2], 0.0)
+        body, slides = (x.program.graph.number(name) for name in (end.body, end.slides))
+        wrench, power = led(x.ends[body], point, x.ends[slides], x.numbers("led", str(n)), acceleration)
+        x.push(body, wrench)
+        x.leading[end.drive] = x.leading.get(end.drive, 0.0) + power
+
+
 def apply_laws(x: Evaluation) -> None:
     """Evaluate every force law of the scene with its own parameters."""
     for law in x.program.laws:
@@ -191,7 +205,7 @@ def drive(x: Evaluation) -> None:
                 force = kp * (ref - x.q[i]) + force
             force = named(f"tau({d.name})", force)
             x.tau[k] = x.tau[k] + force
-            x.work["drive", d.name] = force * x.v[k]
+            x.work["drive", d.name] = force * x.v[k] + x.leading.get(d.name, 0.0)
 
 
 def bend(x: Evaluation) -> None:
@@ -229,12 +243,13 @@ POSES = (
 FORCES = (
     EvaluationStage(read_signals, "masters", "signals"),
     EvaluationStage(weigh_rigid_ropes, "ends", "wrenches stored"),
+    EvaluationStage(lead_ropes, "ends references", "wrenches leading"),
     EvaluationStage(apply_laws, "q v counted ends signals",
           "wrenches tau shown heat work stored watched turned turning"),
-    EvaluationStage(drive, "q v references", "tau work"),
+    EvaluationStage(drive, "q v references leading", "tau work"),
     EvaluationStage(bend, "q v", "tau heat stored watched"),
     EvaluationStage(hold_rows, "q v ends masters references wrenches tau", "rows loads lengths_of"),
-    EvaluationStage(accelerate, "q v references tau rows", "dq dv work"),
+    EvaluationStage(accelerate, "q v references tau rows leading", "dq dv work"),
     EvaluationStage(pull_rigid_ropes, "rows lengths_of", "watched work"),
     EvaluationStage(press_contacts, "ends rows", "wrenches heat stored pressing watched"),
     EvaluationStage(watch_thresholds, "q v ends turned shown signals rows lengths_of", "watched"),

@@ -52,6 +52,7 @@ class Evaluation:
     turned: dict[AngleLabel, Scalar] = field(default_factory=dict)  # angles over all their turns
     turning: dict[AngleLabel, Scalar] = field(default_factory=dict)  # their rates
 
+    leading: dict[str, Scalar] = field(default_factory=dict)  # power of a drive on rope ends beyond its joint [W]
     wrenches: list[Array] = field(default_factory=list)  # (6,) per link about its tree's point
     tau: list[Scalar] = field(default_factory=list)  # (nv,)
     signals: dict[str, list[Scalar]] = field(default_factory=dict)  # value and rate

@@ -7,7 +7,7 @@ with T_ki = 1 (the paper's steps d-h); as a matrix, row i of T^-T.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -115,6 +115,13 @@ class Graph:
                 f"'{on.body.name}'; use one rope for each station, and hook the other rope"
             )
         return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
+
+    def above(self, body: str) -> Iterator[Link]:
+        """Yield the links of a body and of those between it and the ground, its own first."""
+        i = self.number(body)
+        while i >= 0:
+            yield self.links[i]
+            i = self.links[i].parent
 
     def coordinate(self, law: str, joint: str, name: str = "") -> tuple[int, int]:
         """Return the index of a joint coordinate in q and that of its rate in v.

@@ -233,7 +233,7 @@ class Steppable(Protocol):
         Transitions before `until` are executed too, as long as no event is sent to another node."""
 
     def among(self) -> list[Event]:
-        """Return the node's events since the last call that no other node receives, in total order."""
+        """Return the events sent within the node since the last call, which no other node receives, in total order."""
 
 
 @runtime_checkable

@@ -19,7 +19,7 @@ UNITS = {  # of values in SI units: the unit of planners, its size, and decimals
 
 
 def numbers_of(title: str, checks: Sequence[Check]) -> Table:
-    """Return the table of all checks: state, value and limit (in columns by unit), utilisation [%], and time."""
+    """Return the table of all checks: state, value and limit (a column per unit), utilisation [%], and time."""
     units = [unit for unit in UNITS if any(check.unit == unit for check in checks)]
     heads = [
         f"{what}{f' [{UNITS[unit][0]}]' if unit else ''} .{UNITS[unit][2]}"

@@ -175,7 +175,7 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """Return the error estimate of the value that a utilisation refers to, in its unit; None if the error is unknown.
+    """Return the error estimate of the value of a `Use`, in the unit of its limit; None if the error is unknown.
 
     A measured error of the utilisation has precedence; otherwise, for a load carried by ropes, the errors of the rope
     tensions count."""
@@ -259,7 +259,7 @@ def _size(check: Check) -> float:
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """Return one line of text for each quantity, with its check of highest utilisation; loads precede positions."""
+    """Return a line of text for each quantity, on its check with the highest utilisation; loads come first."""
     found: dict[str, Check] = {}
     if any(check.state == "red" and check.use is None for check in checks):
         return []  # what has no utilisation, such as a contact, governs

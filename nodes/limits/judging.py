@@ -59,7 +59,7 @@ class _Worst:
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
     def see(self, plan: Plan, signals: SignalColumns) -> None:
-        """Update the highest utilisation of the limit by the samples of the next interval of time."""
+        """Update the highest utilisation of the limit with the samples of the next interval of time."""
         limit = self._limit
         reading = read(plan, limit, signals)
         if reading is None:

@@ -36,13 +36,14 @@ def shared(plan: Plan) -> list[str]:
 
 
 def dynamics_required(plan: Plan) -> tuple[float, str] | None:
-    """Return the dynamic amplification factor by a standard, and its source; None without a lifted block or a place."""
+    """Return the required dynamic amplification factor and its source; None without a block or without a stated place,
+    such as offshore."""
     masses = [cargo.mass for machine in plan.machines for cargo in machine.cargo]
     return daf(plan.place, max(masses)) if masses else None
 
 
 def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, float]]:
-    """Return the actions that lift a block off or set it down, as (number from 1, speed [m/s]).
+    """Return the number (from 1) and the speed [m/s] of each action that lifts a block off or sets it down.
 
     `block`: name of the block, or "" for all blocks."""
     lifts, found = quantity == "lift-off speed", list[tuple[int, float]]()
@@ -59,7 +60,7 @@ def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, floa
 
 
 def hoisting_factors(plan: Plan) -> list[str]:
-    """Return, as text for each hoisting class, the factor of EN 13001-2 at the plan's highest lift-off speed."""
+    """Return, as text, the factors phi_2 of EN 13001-2 for all hoisting classes at the highest lift-off speed."""
     speeds = [speed for _, speed in touching(plan, "lift-off speed")]
     if not speeds:
         return []

@@ -22,7 +22,7 @@ Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> l
 
 @dataclass(frozen=True)
 class SignalColumns:
-    """Signals of the mechanics as columns over n instants, named as in the kernel.
+    """Mechanical signals at n instants, each as a column (n,), by the kernel's names.
 
     t (n,) [s]; tensions: rope or support -> (n,) [N]; poses: body -> position p_WB (n, 3) [m] and rotation R_WB (n, 3,
     3); lengths: hook rope -> unstretched length (n,) [m], where it is known. `peaks`: rope -> (tension [N], time [s]),
@@ -65,7 +65,7 @@ class SignalColumns:
         return np.array([not stage, *(name == stage for _, name in self.stages)], dtype=bool)[at]
 
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
-        """Return the lugs to which a sling is hooked, each with a mask (n,) of the samples at which it hangs there."""
+        """Return the lugs to which a sling is hooked, each with a mask (n,) of the samples when it is in use."""
         return self.once(("lugs", sling), lambda: self._lugs(sling))
 
     def _lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
@@ -117,7 +117,7 @@ class _Line(Protocol):
 
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
-    """Return the times [s] at which the rigging changes, each with the lugs of hooked slings, from recorded lines."""
+    """Return the times [s] at which the rigging changes, each with the lugs of the slings hooked from then on."""
     known = plan.machines
     slings = {tie.rope for machine in known for tie in machine.ties}
     lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}

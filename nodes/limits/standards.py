@@ -66,7 +66,8 @@ SHARING = {
 
 
 def daf(place: str | None, mass: float) -> tuple[float, str] | None:
-    """Return the dynamic amplification factor for a mass [kg] at a place, and its source; None for an unknown place."""
+    """Return the dynamic amplification factor for a mass [kg] lifted onshore, inshore or offshore, and its source; None
+    for any other place."""
     if place not in DAF:
         return None
     (a, b), *others = DAF[place]
@@ -116,8 +117,9 @@ Own: TypeAlias = Mapping[str, tuple[float, str, str]]  # by key: a factor with i
 def strength_limits(
     of: str, name: str, breaking: float, where: str, given: Own, note: str = ""
 ) -> Iterator[RatedLimit]:
-    """Yield the limits of a sling or hoist rope by each standard. `breaking`: breaking force [N]; `given`: factors of
-    the scene that replace those of the standard."""
+    """Yield the strength limits of a sling or hoist rope, one for each standard.
+
+    `breaking`: breaking force [N]; `given`: factors of the scene that replace those of the standard."""
     for row in (row for row in STRENGTHS if row.of == of):
         factor, source, more = given.get(row.own) or (row.factor, row.source, note)
         yield RatedLimit(

@@ -88,7 +88,7 @@ class SetPointDelay(Atomic):
         self.point: SetPoint | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Store a set-point that is passed on, and wait for the delay before sending it; skip the others."""
+        """Store every nth set-point, to be sent after the delay; skip the others."""
         for point in x[self.into]:
             if self.heard % self.of == self.number:
                 if self.point is not None:
@@ -105,7 +105,7 @@ class SetPointDelay(Atomic):
             self.out.send(self.point)
 
     def internal(self) -> None:
-        """Wait for the next set-point to be delayed."""
+        """Forget the set-point that was sent, and wait for the next one."""
         self.point = None
         self.passivate()
 

@@ -57,7 +57,7 @@ def times(
 def profile(
     pulses: int, distance: float | None, speed: float, accel: float, periods: tuple[float, float], start: int
 ) -> Speeds:
-    """Return a speed profile from rest at `start` [ns] over a signed distance or, without one, up to a signed speed."""
+    """Return a speed profile from rest at `start` [ns] to a signed speed, or over a signed distance if one is given."""
     sign = -1.0 if (speed if distance is None else distance) < 0.0 else 1.0
     reached, first, cruise, _ = times(pulses, None if distance is None else abs(distance), abs(speed), accel, periods)
     rising = ramp(pulses, reached, accel, periods[0])
@@ -86,7 +86,7 @@ def _rounded(rows: list[tuple[float, float]], start: int) -> Speeds:
 
 
 def residual(pulses: int, speed: float, accel: float, chosen: float, period: float, gravity: float) -> float:
-    """Return the swing [rad] left after a ramp for the period `chosen` [s], if the pendulum has `period` [s]."""
+    """Return the swing [rad] that a ramp chosen for one period [s] leaves in a pendulum with another period [s]."""
     w = 2.0 * pi / period
     lasts = ramp(pulses, speed, accel, chosen)[-1][0] - 0.5 * chosen * (pulses == 2)  # one pulse
     left = 2.0 * speed / pulses / lasts / gravity * abs(sin(0.5 * w * lasts))

@@ -38,7 +38,7 @@ class _Forwarding(NetworkPart):
         self.leaving = list[tuple[str, Entity]]()
 
     def output(self) -> None:
-        """Send all entities that the model forwards now."""
+        """Send the entities that this part of the network forwards now."""
         for port, entity in self.leaving:
             self.ports[port].send(entity)  # type: ignore[attr-defined]
 
@@ -85,12 +85,12 @@ class Join(_Forwarding):
         self.parts = parts
 
     def start(self) -> None:
-        """Start the join with no part received."""
+        """Start with no part of any entity received."""
         super().start()
         self.arrived = dict[int, int]()
 
     def external(self, e: int, x: Bag) -> None:
-        """Count the parts with each number that have arrived at the join."""
+        """Count the parts that arrive at the join, separately for each entity number."""
         for entity in x[self.into]:
             count = self.arrived.pop(entity.number, 0) + 1
             if count == self.parts:

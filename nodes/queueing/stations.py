@@ -42,7 +42,7 @@ class SinkStatistics(Message):
 
 
 class Source(NetworkPart):
-    """Sends at most `most` entities, one after each random interval, with priorities drawn by `weights` [1]."""
+    """Sends at most `most` entities (0: no limit) at random intervals, with random priorities by `weights` [1]."""
 
     out = Out(Entity)
 
@@ -69,7 +69,7 @@ class Source(NetworkPart):
         self.out.send(Entity(self.number, self.kind, self.priority, self.ns))
 
     def internal(self) -> None:
-        """Count the sent entity, and draw the next interval."""
+        """Count the entity that the source has sent, and draw the interval until the next one."""
         self.number += 1
         if self.number == self.most:
             self.passivate()

@@ -80,7 +80,7 @@ def hull_of(
 def with_drift(
     hull: Hydrodynamics, w: np.ndarray, headings: np.ndarray, values: np.ndarray, file: str
 ) -> Hydrodynamics:
-    """Return the data of one hull or of two with the mean drift of each."""
+    """Return the hydrodynamics of one hull or of two with the mean drift forces of each added."""
     turned, around = _around(headings, values)
     each = np.split(_short(around), values.shape[2] // 3, axis=2)
     tables = [MeanDrift(_rows(w), _rows(turned), tuple(map(_rows, x))) for x in each]

@@ -109,8 +109,8 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class GapDamping(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Damping added to the resonance of the water between two hulls: part of the critical one, frequency [rad/s] of the
-    resonance, and where the ratio comes from."""
+    """Damping ratio added to the resonance of the water between two hulls, resonance frequency [rad/s], and source of
+    the ratio."""
 
     ratio: float
     frequency: float

@@ -38,7 +38,7 @@ def there(before: StaticState, after: StaticState, part: float) -> StaticState:
 
 
 def meets(contact: Contact, before: StaticState, after: StaticState) -> float | None:
-    """Return the fraction of the way between two path points at which two shapes begin to penetrate, or None."""
+    """Return the fraction (0 to 1) between two path points at which two shapes begin to penetrate, or None."""
     ends = _poses(contact, before), _poses(contact, after)
     distance = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
     steps = max(1, ceil(distance / STEP))

@@ -25,7 +25,7 @@ DOUBT = 0.025  # probability, on each side, that a verdict from a sample of runs
 
 
 def quantile(values: Sequence[float], part: float) -> float:
-    """Return the smallest value that is at least as large as the fraction `part` of all values."""
+    """Return the smallest of the values that at least the fraction `part` of all values do not exceed."""
     return sorted(values)[max(0, ceil(part * len(values) - 1e-9) - 1)]
 
 
@@ -258,7 +258,7 @@ def _schedule(yard: Yard, values: Values, whole: bool) -> Table:
 
 
 def at_end(yard: Yard, t: float) -> str:
-    """Return a time since the start of the yard [s] as date and time of day."""
+    """Return the date and time of day at a time since the start of the yard [s]."""
     return f"{at(yard.start, t):%Y-%m-%d %H:%M}"
 
 

@@ -7,7 +7,7 @@ HEAD = "heavylift yard"
 
 
 def is_yard(path: str | Path) -> bool:
-    """Return whether a file begins like a yard file, or the name is the name of a bundled yard."""
+    """Return whether a file begins like a yard file; `path`: its path, or the name of a bundled yard."""
     try:
         with open(yard_path(path), encoding="utf-8") as file:
             lines = (line.strip() for line in file)

@@ -25,7 +25,7 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Optimised:
-    """An optimised schedule: start and end of each activity, delivery, the lower bound of all schedules' deliveries,
+    """An optimised schedule: start and end of each activity, delivery, and a lower bound of all possible deliveries,
     all in ns.
 
     `how`: how the schedule was found."""

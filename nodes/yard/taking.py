@@ -20,7 +20,7 @@ class Taking:
         self.source = source
 
     def take(self, path: Path, of: Callable[[Any], T], usual: Any, mark: Mark | None = None, value: Data = None) -> T:
-        """Return the value at a path, converted by `of`; if the value is missing or invalid, return `usual`."""
+        """Return the value at a path, converted by `of`; if it is missing or invalid, return the default `usual`."""
         value = self.source.at(path) if value is None else value
         if value is None:
             return cast(T, usual)
@@ -31,7 +31,7 @@ class Taking:
             return cast(T, usual)
 
     def cell(self, cells: dict[str, TableCell], column: str, at: Path, of: Callable[[str], T], usual: Any) -> T:
-        """Return the cell in a column, converted by `of`; if the cell is missing or invalid, return `usual`."""
+        """Return the cell in a column, converted by `of`; if it is missing or invalid, return the default `usual`."""
         found = cells.get(column)
         return self.take((*at, column), of, usual, found.mark, found.text) if found else cast(T, usual)
 
@@ -54,7 +54,8 @@ class Taking:
             self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
 
     def table(self, path: Path, root: FilePath | None = None) -> tuple[list[TableColumn], list[list[TableCell]]]:
-        """Return the column heads and rows of the table file that the value at a path names; empty after an error.
+        """Return the column heads and rows of the table file that a value of the data names; empty after an error.
+
         `root`: its folder (default: that of the yard file)."""
         try:
             found = table(root or self.source.root, str(self.source.at(path)))

@@ -96,7 +96,7 @@ def shelf() -> list[type]:
 
 
 @pytest.mark.parametrize("kind", shelf(), ids=lambda kind: kind.__name__)
-def test_the_reference_page_describes_every_library_model_with_types_and_units(kind: type) -> None:
+def test_the_reference_page_describes_the_ports_and_units_of_every_library_model(kind: type) -> None:
     rows = fields_of(kind) if issubclass(kind, Message) else parameters_of(kind)
     without = [name for name, type_, unit, _ in rows if type_ in NUMBERS and not unit]
     assert [name for name in without if (kind.__name__, name) != OF_A_SIGNAL] == []

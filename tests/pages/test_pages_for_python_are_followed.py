@@ -92,5 +92,5 @@ def _listening(port: int) -> None:
     raise AssertionError("the scheduler does not listen")
 
 
-def test_the_readme_links_the_page_about_studies() -> None:
+def test_the_readme_links_to_the_page_about_studies() -> None:
     assert "SWEEPS.md" in (ROOT / "README.md").read_text()

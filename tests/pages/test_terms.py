@@ -83,7 +83,7 @@ def test_no_unwanted_phrase_occurs_in_prose(ending: str) -> None:
     assert [f"{path.relative_to(ROOT)}:{x}" for path in here for x in phrases(prose(path))] == []
 
 
-def test_no_unwanted_word_occurs_in_names() -> None:
+def test_names_in_the_code_contain_no_unwanted_word() -> None:
     product = [path for path in files(".py") if path.relative_to(ROOT).parts[0] in PRODUCT]
     found = [
         f"{path.relative_to(ROOT)}:{x}"

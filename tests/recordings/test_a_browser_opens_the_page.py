@@ -61,7 +61,7 @@ def coloured(hsv: NDArray[np.float64], hue: tuple[float, float]) -> NDArray[np.i
 
 
 @pytest.mark.large
-def test_the_page_draws_the_same_picture_for_the_same_instant(browser: Chromium, lift: Path) -> None:
+def test_the_page_draws_the_same_picture_whenever_it_shows_the_same_instant(browser: Chromium, lift: Path) -> None:
     pictures = []
     for _ in range(2):
         browser.open(f"{lift.as_uri()}#t=40")
@@ -108,7 +108,7 @@ def test_the_page_of_a_recording_has_colours_for_light_dark_and_print(browser: C
 
 
 @pytest.mark.large
-def test_all_charts_of_the_page_mark_the_same_time(browser: Chromium, lift: Path) -> None:
+def test_all_charts_of_the_page_mark_the_same_instant(browser: Chromium, lift: Path) -> None:
     lines = "[...document.querySelectorAll('.now')].filter(x => !x.hidden).map(x => x.getBoundingClientRect().x)"
     browser.open(f"{lift.as_uri()}#t=40")
     first = browser.run(lines)

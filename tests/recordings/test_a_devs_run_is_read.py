@@ -92,7 +92,7 @@ def test_selected_ports_and_fields_of_a_devs_run_are_exported_to_parquet(recorde
     assert not (tmp_path / "none.csv").exists()
 
 
-def test_values_on_each_port_are_drawn_in_their_own_panel(recorded: Path, tmp_path: Path) -> None:
+def test_a_plot_of_a_devs_run_has_one_panel_for_each_port(recorded: Path, tmp_path: Path) -> None:
     assert plot(recorded, tmp_path / "run.png").stat().st_size > 10_000
     page = curves(recorded, ["clock0/told/n", "clock0/bell"], tmp_path / "run.html").read_text()
     for name in ("clock0/told", "clock0/bell", '"name":"n"', '"name":"count"'):

@@ -81,7 +81,7 @@ def test_recovery_reports_lost_data_in_seconds_of_the_run(tmp_path: Path) -> Non
     assert cut.endswith("where the file is cut off or damaged: 0.000 s of the run, 3.000 to 3.000 s")
 
 
-def test_a_complete_recording_needs_no_recovery(recorded: Path, tmp_path: Path) -> None:
+def test_the_command_recover_refuses_a_recording_that_is_complete(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(RecordingError) as error:
         recover(recorded)
     assert str(error.value) == f"{recorded}: the file is complete and undamaged; there is nothing to recover"

@@ -29,7 +29,7 @@ FILES, SHARDS = 300, 3
 
 @pytest.mark.parametrize("shard", range(SHARDS))
 @pytest.mark.large(beyond=1)
-def test_a_corrupted_recording_ends_with_a_one_sentence_error(recorded: Path, tmp_path: Path, shard: int) -> None:
+def test_a_corrupted_recording_is_refused_with_a_one_sentence_error(recorded: Path, tmp_path: Path, shard: int) -> None:
     data, rng = recorded.read_bytes(), random.Random(shard)
     path, sentences = tmp_path / "spoiled.mcap", []
     for number in range(FILES // SHARDS):
@@ -52,7 +52,7 @@ def test_a_recording_of_a_later_version_is_reported(
     for number, early in enumerate(("0", "9" * 5000, "\u00b2", "")):
         with Recorder(tmp_path / f"{number}.mcap", {"format": early}) as rec:
             rec.log(0, "info", "x", "x")
-        with pytest.raises(RecordingError, match=rf"has format {early[:20]}, this is .*; run the scene again"):
+        with pytest.raises(RecordingError, match=rf"has format {early[:20]}, but this is .*; run the scene again"):
             Recording(tmp_path / f"{number}.mcap")
 
 

@@ -42,7 +42,7 @@ def test_every_reader_reads_each_recording_format(number: int, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("number", READABLE)
-def test_stored_recordings_of_each_format_show_a_block_that_falls_into_its_rope(number: int) -> None:
+def test_stored_recordings_of_each_format_show_a_block_that_falls_into_its_slack_rope(number: int) -> None:
     rec = Recording(golden(number))
     pose, rope = rec["block"].pose, rec.signal("rope/tension")
     t = pose.t[pose.t <= TAUT]
@@ -83,7 +83,7 @@ def test_an_unsupported_recording_format_is_reported(number: int) -> None:
     assert str(caught.value) == f"{golden(number)}: {message}, or install heavylift 0.1.0, which made it"
 
 
-def test_a_recovered_or_amended_recording_names_the_version_that_computed_it(tmp_path: Path) -> None:
+def test_a_recovered_or_amended_recording_names_the_version_of_heavylift_that_computed_it(tmp_path: Path) -> None:
     """What was cut off or amended is still of the heavylift that computed it."""
     whole = golden(FORMAT).read_bytes()
     made = Recording(golden(FORMAT)).library

@@ -193,7 +193,7 @@ def test_the_option_force_replaces_a_partial_file_that_holds_no_run(size: int, b
     assert [p.name for p in tmp_path.iterdir()] == ["run.mcap"]
 
 
-def test_concurrent_runs_write_separate_files(begin: Begin, tmp_path: Path) -> None:
+def test_concurrent_runs_with_the_same_recording_name_write_separate_files(begin: Begin, tmp_path: Path) -> None:
     recorders = [begin() for _ in range(4)]
     with pytest.raises(OutputError) as error:
         recorded_at(tmp_path / "run.mcap", force=True)
@@ -281,7 +281,7 @@ NOTICED = {
 
 @pytest.mark.parametrize("at", ["the next flush", "the end"])
 @pytest.mark.parametrize("harm", NOTICED, ids=lambda f: f.__name__)
-def test_changes_of_the_recording_by_another_program_during_a_run_are_detected(
+def test_a_change_of_the_recording_file_by_another_program_during_a_run_is_detected(
     harm: Obstacle, at: str, begin: Begin, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if at == "the next flush":

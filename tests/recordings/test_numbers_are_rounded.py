@@ -24,7 +24,7 @@ def test_recorded_values_are_rounded_to_a_step_that_depends_on_their_unit() -> N
     assert np.array_equal(rounded(rounded(x)), rounded(x)), "twice is once"
 
 
-def test_rounding_of_recorded_values_keeps_the_digits_of_small_values() -> None:
+def test_rounding_of_recorded_values_keeps_the_significant_digits_of_small_values() -> None:
     rounded = Rounding([SampleChannel("rope/tension", ["toy"], "N", 0, 1)])
     x = np.array([[0.0], [1e-6], [3e-5], [9.80665e-3], [1e-6]])
     off = np.abs(np.vstack([rounded(x[:3]), rounded(x[3:])]) - x)[:, 0]

@@ -72,7 +72,7 @@ def test_thinning_72000_samples_to_1000_keeps_the_extrema() -> None:
     assert thinned([load[:900]], 1000).tolist() == list(range(900))
 
 
-def test_the_page_of_a_recording_loads_nothing_from_other_places(page: Path) -> None:
+def test_the_page_of_a_recording_loads_nothing_from_the_network(page: Path) -> None:
     text = re.sub(r"<script(?: id=\"run\"[^>]*)?>.*?</script>", "", page.read_text(), flags=re.DOTALL)
     assert "src=" not in text
     assert "href=" not in text
@@ -88,7 +88,7 @@ def test_text_of_a_scene_cannot_become_markup_on_the_page(page: Path) -> None:
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the page with")
 @pytest.mark.large
-def test_the_page_shows_the_instant_given_in_its_address(page: Path) -> None:
+def test_the_page_shows_the_instant_of_the_recording_that_its_web_address_gives(page: Path) -> None:
     dom = subprocess.run(
         [
             str(CHROMIUM), "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
@@ -115,7 +115,7 @@ def test_recordings_that_cannot_be_shown_on_a_page_are_reported(tmp_path: Path, 
         view(path, tmp_path / "run.pdf")
 
 
-def test_a_run_shown_beside_another_is_transparent_and_dashed_on_the_page(
+def test_a_second_run_shown_on_the_page_for_comparison_is_transparent_and_dashed(
     begin: Callable[[], Recorder], batch: Callable[[int, int], bytes], page: Path, tmp_path: Path
 ) -> None:
     with begin() as rec:

@@ -117,12 +117,14 @@ def test_drawing_the_band_of_a_long_recording_with_few_points_keeps_its_extremes
     assert [*map(list, outline(t[:9], low[:9], high[:9]))] == [list(t[:9]), list(low[:9]), list(high[:9])]
 
 
-def test_plots_show_the_most_utilised_ropes_first_and_unrated_ones_last() -> None:
+def test_plots_show_the_most_utilised_ropes_first_and_ropes_without_a_rating_last() -> None:
     peaks = np.array([[1.0, 50.0, 3.0, 9.0], [4.0, 40.0, 9.0, 10.0]])
     assert _most_used(["a", "b", "c", "d"], peaks, {"a": 5.0, "c": 10.0}) == ["c", "a", "b", "d"]
 
 
-def test_figures_of_one_recording_have_distinct_names(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_plots_of_one_recording_are_written_to_files_with_distinct_names(
+    recorded: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     files.plot(recorded)
     files.plot(recorded, lift=True)
     files.plot(recorded, ["rope/tension/*"])

@@ -57,7 +57,7 @@ def test_the_log_time_of_recorded_messages_is_the_simulation_time_and_never_decr
     assert all(message.log_time == message.publish_time for _, message in found)
 
 
-def test_a_recording_begins_with_the_facts_of_the_run_and_ends_with_its_result(recorded: Path) -> None:
+def test_a_recording_begins_with_metadata_of_the_run_and_ends_with_its_result(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         records = list(StreamReader(stream, validate_crcs=True).records)
     header, run, scene = records[:3]
@@ -104,7 +104,7 @@ def test_recorded_numbers_are_decoded_with_the_schema_in_the_file(recorded: Path
     assert block.timestamp.seconds == 1
 
 
-def test_events_conform_to_their_json_schema(recorded: Path) -> None:
+def test_recorded_events_conform_to_their_json_schema(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         schema, channel, message = next(make_reader(stream).iter_messages(topics=["/commander/stage"]))
         stream.seek(0)
@@ -128,7 +128,9 @@ def test_events_conform_to_their_json_schema(recorded: Path) -> None:
 
 
 @pytest.mark.parametrize("topic", ["/scene", "/ropes"])
-def test_a_recording_without_shapes_and_ropes_has_no_messages_on_their_topics(recorded: Path, topic: str) -> None:
+def test_a_recording_without_shapes_and_ropes_has_no_messages_on_the_topics_of_shapes_and_ropes(
+    recorded: Path, topic: str
+) -> None:
     with recorded.open("rb") as stream:
         assert list(make_reader(stream).iter_messages(topics=[topic])) == []
 

@@ -174,7 +174,7 @@ def test_a_report_compares_two_alternatives(lifts: dict[str, Path], tmp_path: Pa
     assert json.loads((tmp_path / "both.json").read_text())["title"] == "crawler and hall"
 
 
-def test_the_project_in_the_report_is_that_of_the_scene_or_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
+def test_the_report_names_the_project_that_the_scene_or_the_command_states(tmp_path: Path, capsys, monkeypatch) -> None:
     project = "project={name: Block <17>, number: 4711, author: A. Planner, date: 2026-11-28, revision: 2}"
     run(load("lift", ["end=2 s", project]), tmp_path / "lift.mcap", in_process=True)
     monkeypatch.setattr(

@@ -17,11 +17,11 @@ EACH = [pytest.param(case, id=case.name, marks=SLOW if case.full else ()) for ca
 
 
 @pytest.mark.parametrize("case", EACH)
-def test_rows_of_the_comparison_page_have_the_computed_values(case: Case) -> None:
+def test_each_row_of_the_comparison_page_states_the_value_computed_from_the_sources(case: Case) -> None:
     assert stale(case, PAGE.read_text()) == []
 
 
-def test_the_summary_of_the_comparison_page_counts_its_rows() -> None:
+def test_the_summary_of_the_comparison_page_states_the_number_of_its_rows() -> None:
     text = PAGE.read_text()
     rows = [line for line in text.splitlines() if re.match(r"\| (?:\[.*\]\(\.\./tests/[^)]*\) )?\| ", line)]
     rows = [line for line in rows if line.count("|") == 7]

@@ -38,7 +38,7 @@ HEADINGS = {
 
 
 class Spared:
-    """Mixin that skips Typer's conversion of parameters by Pydantic, whose import is slow."""
+    """Mixin that spares a command the slow import of Pydantic, by which Typer converts parameters."""
 
     get_params: Any
 

@@ -39,7 +39,7 @@ def process_count(text: str | int) -> int:
 def paying_processes(
     asked: int, models: int, run: "Callable[[int, RunObserver], object]", elsewhere: Collection[str] | None = None
 ) -> int:
-    """Return the number of processes for a run: `asked`, or for AUTO the fastest according to trial runs."""
+    """Return the number of processes for a run: `asked` or, if that is AUTO, the fastest number in trial runs."""
     if asked != AUTO:
         return asked
     if elsewhere:
@@ -145,7 +145,7 @@ Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: -
 
 
 def written_to(help: str) -> Any:
-    """Return the definition of the option -o, which names the file or folder that a command writes."""
+    """Return the definition of a command's option -o, which names the file or folder to write."""
     return typer.Option("-o", "--output", help=help)
 
 
@@ -160,7 +160,7 @@ BOTH = {"scene", "a", "b", "strict", "fail_on", "as_json", "sets"}  # parameters
 
 
 def yard_file(context: typer.Context, scene: str, allowed: Collection[str], only: Collection[str] = ()) -> bool:
-    """Return whether a file is a yard file; raises BadParameter for an option that does not apply to it.
+    """Return whether a file is a yard file; raises BadParameter for an option that does not apply to this kind of file.
 
     `allowed`: further options for yard files; `only`: options for yard files only.
     """
@@ -182,7 +182,7 @@ def given(context: typer.Context) -> "list[Any]":
 
 
 def find_own_modules(references: Iterable[str]) -> None:
-    """Let Python import modules from the current folder, after installed ones, if a reference names one there."""
+    """Append the current folder to Python's module path if a reference names a module in it."""
     names = (text.partition(":")[0].rpartition("=")[2].partition(".")[0] for text in references)
     if os.getcwd() not in sys.path and any(PathFinder.find_spec(name, [os.getcwd()]) for name in names if name):
         sys.path.append(os.getcwd())
@@ -200,7 +200,7 @@ def tell(sheet: "Sheet", as_json: bool) -> None:
 def study_of(
     file: str, sets: list[str] | None, count: int, seed: int = 1, workers: int = 0, executor: Any = None
 ) -> "YardStudy":
-    """Return the study of a yard file with `count` replications, which prints a line for each variant."""
+    """Return the study of a yard file, which makes `count` replications and prints a line for each variant."""
     from heavylift.coordinator.yards.studies import YardStudy
 
     def say(text: str) -> None:

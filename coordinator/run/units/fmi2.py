@@ -58,7 +58,7 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         self._of.ready()
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Make one communication step [s]; returns False to discard it."""
+        """Make one communication step [s]; returns False if the step is discarded, with the reason in the log."""
         return self._of.step(current_time + step_size, lambda why: self.log(why, Fmi2Status.error)) is not None
 
     def _get_fmu_state(self) -> dict[str, Any]:

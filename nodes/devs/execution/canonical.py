@@ -37,12 +37,12 @@ _OPEN = object()  # in place of what is being made of its parts
 
 
 def frozen(value: object, around: Sequence[object] = ()) -> bytes:
-    """Serialise a value to bytes, with references to the objects in `around`; raises TypeError if impossible."""
+    """Serialise a value to bytes, in which the objects in `around` are references; raises TypeError if impossible."""
     return msgspec.msgpack.encode(Freezer(around).fold(value))
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise bytes of `frozen` with the same objects `around`; raises TypeError or LookupError for other bytes."""
+    """Deserialise bytes from `frozen` with the same objects `around`; raises TypeError or LookupError if invalid."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 

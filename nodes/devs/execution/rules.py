@@ -61,7 +61,7 @@ class MicrostepLimit:
 
 
 def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:
-    """Raise a ModelError for an exception in a model's function; one that ends the program is raised unchanged."""
+    """Raise a ModelError for an exception in a model's function, but re-raise one that ends the program."""
     ends = not isinstance(error, Exception) and type(error).__module__.startswith("heavylift.")
     if ends or isinstance(error, KeyboardInterrupt):
         raise error
@@ -174,7 +174,7 @@ def _named(now: dict[str, object], known: list[object], found: list[object]) -> 
 def _is_still(x: object) -> bool:
     kind = type(x)
     if kind not in _still:
-        _still[kind] = issubclass(kind, _FIXED)
+        _still[kind] = issubclass(kind, _FIXED) or getattr(kind, "__fixed__", False)
     return _still[kind]
 
 
@@ -194,10 +194,11 @@ def image(x: object) -> bytes:
 
 
 class _Pickler(pickle.Pickler):
-    """Pickles a state without its models and ports."""
+    """Pickles a state without its models, ports and fixed data."""
 
     def reducer_override(self, x: object) -> Any:
-        return (int, (id(x),)) if isinstance(x, Model | Port) else NotImplemented
+        fixed = isinstance(x, Model | Port) or getattr(type(x), "__fixed__", False)
+        return (int, (id(x),)) if fixed else NotImplemented
 
 
 Staged = list[tuple[InPort[Message], Message]]  # messages on their way in
@@ -218,8 +219,9 @@ def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
 
 
 def thawed(snapshot: bytes, former: Sequence[Model]) -> tuple[list[Model], Instant, Staged]:
-    """Return the model trees of a snapshot, their last logical time and undelivered inputs; `former`: trees
-    replaced."""
+    """Return the model trees of a snapshot, the logical time of their last transition, and their undelivered inputs.
+
+    `former`: the model trees that they replace."""
     try:
         parts = msgspec.msgpack.decode(snapshot, type=list[bytes])
         found: list[Any] = [canonical.thawed(part, _around(m)) for part, m in zip(parts, former, strict=True)]

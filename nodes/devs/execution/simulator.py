@@ -120,7 +120,7 @@ class Simulator:
         return spoken(tag, text.sources, text.values) if leaving(text.sources) else []
 
     def among(self) -> list[Event]:
-        """Return the events since the last call that no other node receives, in total order."""
+        """Return the events sent within the node since the last call, which no other node receives, in total order."""
         return [event for at in self._observed.among() for event in spoken(*at, inner=True)]
 
     def inject(self, port: str, value: Message) -> None:

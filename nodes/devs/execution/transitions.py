@@ -59,7 +59,7 @@ class Trace:
         self._values += values
 
     def settle(self) -> None:
-        """Convert the recorded data to transitions; must be called before the model's routes change."""
+        """Convert the recorded data to transitions; must be called before the couplings of the model change."""
         sizes, due, text = iter(self._sizes), 0, 0
         for t, k, n_due, n_said in zip(sizes, sizes, sizes, sizes, strict=True):
             imminent, now = self._due[due : due + n_due], slice(text, text + n_said)
@@ -84,7 +84,7 @@ class TransitionLog(Trace):
         self._tell = tell
 
     def note(self, *instant: Any) -> None:
-        """Pass each transition at one logical time to the function of the log."""
+        """Pass all transitions at one logical time to the user's function."""
         for line in _transitions(*instant):
             self._tell(line)
 
@@ -157,7 +157,7 @@ class Border:
         NEVER if none does."""
 
     def quiet(self, tag: Tag) -> Tag:
-        """Return the earliest logical time after `tag` at which an event can leave the node; none leaves at `tag`."""
+        """Return the earliest logical time after `tag` at which an event can leave the node if no input arrives."""
         # nothing leaves at `tag`: by lookahead, or the next tag at which an atomic with outgoing ports is due
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:
@@ -177,7 +177,7 @@ class Border:
 
 
 def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
-    """Raise ModelError if an output is sent sooner after it was scheduled than its port's lookahead allows."""
+    """Raise ModelError if an output follows its scheduling transition sooner than its port's lookahead allows."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
             # counted from the transition that scheduled the output: what had been scheduled before bounds nothing
@@ -200,7 +200,7 @@ class Observed:
         self._among: list[Said] = []
 
     def among(self) -> list[Said]:
-        """Return the outputs recorded since the last call; some of them have a receiver in this node or none at all."""
+        """Return the outputs recorded since the last call, including those without a receiver in another node."""
         noted, self._among = self._among, []
         return noted
 

@@ -93,7 +93,7 @@ class JointLockActor(BrakeActor):
 
 
 class LatchActor(BrakeActor):
-    """A brake that an order engages, and that is also engaged while none of its slings is hooked."""
+    """Actor of a brake that an order engages, and that is also engaged while no sling of its frame is hooked."""
 
     latch = In(m.Latch)
 

@@ -25,7 +25,7 @@ NONE: Mapping[str, Edge] = MappingProxyType({})
 
 
 class Checking:
-    """A mechanism as written in the scene, with methods that check it and add errors to its source.
+    """A mechanism as written in the scene, with methods that check it; errors are added to the scene.
 
     `lift`: declarations of the scene's other machines, on whose bodies and joints the mechanism can act; `base`: path
     of the mechanism in the scene; `edges`: edges of the scene; `start`: poses of all bodies at the start, available
@@ -49,7 +49,7 @@ class Checking:
         self.joints |= {joint.name: joint.kind for joint in lift.joints}
 
     def checked(self, path: Path, check: Callable[[Made], object], made: Made) -> None:
-        """Check a description `made` by calling `check`; a KernelError becomes an error of the scene at `path`."""
+        """Call `check` on the description `made`; its KernelError becomes an error of the scene at `path`."""
         try:
             check(made)
         except KernelError as error:
@@ -92,7 +92,7 @@ class Checking:
         return None
 
     def own(self, path: Path, name: str) -> bool:
-        """Add an error unless a joint belongs to the mechanism, as drives and locks require; return whether it does."""
+        """Return whether a joint belongs to the mechanism, as drives and locks require; if not, add an error."""
         theirs = any(joint.name == name for joint in self.lift.joints)
         if theirs:
             message = f"the joint '{name}' belongs to the lift: a spring, stop, brake or force can act on it, no other"

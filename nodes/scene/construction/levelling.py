@@ -71,7 +71,7 @@ class Levelling:
                         self.held |= {own} if sling.hooked else set()
 
     def follow(self, orders: Sequence[actions.Order]) -> None:
-        """Update the hooked slings and the turn angles of blocks for the orders of an action."""
+        """Update the hooked slings and the turn angles of blocks by the orders of an action."""
         for order in orders:
             match order:
                 case actions.Hookup() if order.sling in self.hangs:
@@ -123,7 +123,7 @@ class Levelling:
 
 
 def apart(places: Sequence[tuple[Vector, float]], turned: float) -> tuple[Vector, Vector] | None:
-    """Return the centre of the lugs that the moving hooks raise and that of the other lugs; None if they are too close.
+    """Return the centres of the lugs that the moving hooks raise and of all other lugs; None if both are too close.
 
     The first centre is moved vertically to where it is when the block is level at the angle `turned` [rad]. `places`:
     each lug with the share (0 to 1) by which it rises with the hooks.

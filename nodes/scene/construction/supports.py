@@ -154,7 +154,7 @@ def immersion(name: str, block: schema.Block, given: Splash) -> Immersion:
 def flexible_of(
     builder: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
 ) -> Flexible | None:
-    """Return the flexible part of a block; None if the block is rigid. Errors are added to the source."""
+    """Return the flexible part of a block; None if the block is rigid. Errors are added to the scene."""
     if block.beam is None and not block.modes:
         return None
     key: Path = (*base, "beam" if block.beam else "modes")

@@ -49,7 +49,7 @@ def test_the_json_schema_accepts_all_bundled_scenes_and_rejects_faulty_ones() ->
     assert "hieght" in wrong.message
 
 
-def test_the_json_schema_describes_units_defaults_and_meanings_of_scene_keys() -> None:
+def test_the_json_schema_of_scenes_states_the_unit_and_default_and_meaning_of_each_key() -> None:
     schema = json_schema()
     types = schema["$defs"]["CraneKeys"]["allOf"]
     crane = next(x["then"] for x in types if x["if"]["properties"]["type"]["const"] == "goliath-900")["properties"]

@@ -47,7 +47,7 @@ def example(name: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_the_help_of_every_command_ends_with_an_example_that_parses(
+def test_every_command_help_ends_with_an_example_that_is_a_valid_command_line(
     capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
     code, message, _ = heavylift(capsys, name, "--help")

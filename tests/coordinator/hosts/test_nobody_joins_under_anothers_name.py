@@ -95,7 +95,7 @@ def test_text_from_an_unauthenticated_client_is_escaped_before_printing(run: Run
     assert r"on host \x1b]0;owned\x07\nall is well\u202exxx" in text[0]
 
 
-def test_repeated_refusals_of_clients_are_summarised(run: Run) -> None:
+def test_repeated_refusals_to_clients_that_want_to_join_are_summarised(run: Run) -> None:
     _, text, block, _ = run
     with remote_session(block) as liar:
         for number in range(2 * REFUSALS):

@@ -38,7 +38,7 @@ def test_with_one_process_all_nodes_and_the_kernel_share_that_process() -> None:
 
 
 @pytest.mark.parametrize("count", range(1, 8))
-def test_by_default_every_node_has_its_own_process(count: int) -> None:
+def test_by_default_every_node_has_a_process_of_its_own(count: int) -> None:
     placement = Placement.spread(LIFT, count)
     assert len(placement.processes) == count
     assert sorted(placement.models) == sorted(LIFT)
@@ -132,7 +132,9 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.mark.parametrize("count", [1, 2, 4, 12])
 @pytest.mark.large(beyond=1)
-def test_the_number_of_processes_changes_no_byte_of_the_recording(truth: str, tmp_path: Path, count: int) -> None:
+def test_the_number_of_node_processes_does_not_change_any_byte_of_the_recording(
+    truth: str, tmp_path: Path, count: int
+) -> None:
     crew = Processes()
     placement = Placement.spread(LIFT, count)
     assert run(load("lift"), tmp_path / "lift.mcap", processes=crew, placement=placement).digest == truth

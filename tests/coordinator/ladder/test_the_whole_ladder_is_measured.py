@@ -81,7 +81,7 @@ def test_a_run_with_a_time_limit_reports_settings_that_reproduce_its_digest() ->
      ({"factor": -1.0}, "give a number greater than 0"),
      ({"seconds": "1 s", "rate": 1.0}, "give only one of --within"), ({"seconds": "soon"}, "--within 'soon'")],
 )  # fmt: skip
-def test_a_time_limit_that_is_too_short_is_refused(given: dict[str, object], told: str) -> None:
+def test_a_limit_of_wall_time_that_is_too_short_is_refused(given: dict[str, object], told: str) -> None:
     with pytest.raises(SceneError, match=told):
         within("pendulum", SCENE, MEANT, **given)  # type: ignore[arg-type]
 

@@ -57,7 +57,7 @@ def test_measured_channels_are_recorded_next_to_the_simulated_ones(beside: Path)
     assert "measured  rope/tension/west.H1: E " in info(beside)
 
 
-def test_adding_another_measured_log_replaces_the_first_one(beside: Path, tmp_path: Path) -> None:
+def test_adding_another_measured_log_to_a_recording_replaces_the_first_log(beside: Path, tmp_path: Path) -> None:
     t = np.arange(0.0, 39.0, 0.1)
     made = log(tmp_path / "log.csv", {"time [s]": t, "cell [t]": tension(t, 1e6, 0.6)[:, 1] / 9806.65})
     found = measure(beside, made, ["cell=rope/tension/west.H2"], 0.0, out=tmp_path / "again.mcap")

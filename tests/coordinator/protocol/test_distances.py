@@ -41,7 +41,7 @@ def test_the_delay_along_a_chain_of_nodes_is_the_sum_of_their_lookaheads() -> No
     ]
 
 
-def test_a_node_without_lookahead_adds_a_microstep_to_the_delay() -> None:
+def test_a_node_with_zero_lookahead_adds_one_microstep_to_the_delay_along_a_path() -> None:
     couplings = [link("a", "b"), link("b", "c"), link("c", "d")]
     D, R = said_and_heard(couplings, {"a": 0, "b": 0, "c": 0, "d": 0})
     assert (D[0], R[0]) == ([None, (0, 0), (0, 1), (0, 2)], [None, (0, 1), (0, 2), (0, 3)])
@@ -49,24 +49,24 @@ def test_a_node_without_lookahead_adds_a_microstep_to_the_delay() -> None:
     assert said_and_heard(couplings, {"a": 0, "b": 0, "c": 5, "d": 0})[0][0][3] == (5, 0)
 
 
-def test_the_delay_between_nodes_is_that_of_the_shortest_path() -> None:
+def test_the_delay_between_two_nodes_is_that_of_the_path_with_the_shortest_delay() -> None:
     couplings = [link("a", "b"), link("b", "a"), link("b", "c"), link("c", "a")]
     D, _ = said_and_heard(couplings, {"a": 1, "b": 20, "c": 3})
     assert D == [[(20, 0), (0, 0), (20, 0)], [(0, 0), (1, 0), (0, 0)], [(0, 0), (1, 0), (21, 0)]]
 
 
-def test_the_delay_from_an_output_port_uses_the_lookahead_of_that_port() -> None:
+def test_the_delay_from_an_output_port_of_a_model_uses_the_lookahead_of_that_port() -> None:
     couplings = [link("a", "b", "fast"), link("a", "c", "slow"), link("c", "b")]
     D, R = distances("abc", couplings, {"a.fast": 0, "a.slow": 50, "c.o": 4}, heard="a")
     assert D == [{1: (0, 0), 2: (0, 0)}, {}, {1: (0, 0)}]
     assert R == [{1: (0, 1), 2: (50, 0)}, {}, {1: (4, 0)}]
 
 
-def test_a_model_whose_lookahead_is_infinite_reaches_no_other_model() -> None:
+def test_a_model_with_infinite_lookahead_cannot_delay_any_other_model() -> None:
     assert distances("ab", [link("a", "b")], {"a.o": NEVER}, heard="a") == ([{}, {}], [{}, {}])
 
 
-def test_a_finish_event_takes_effect_on_every_node_after_one_nanosecond() -> None:
+def test_a_message_that_ends_the_run_takes_effect_on_every_node_after_one_nanosecond() -> None:
     nodes, lookaheads = [["commander"], ["west"]], {"commander.finished": 7, "west.o": 0}
     D, R = distances(nodes, [], lookaheads, ("commander", "finished"), heard=["commander"])
     assert (D, R) == ([{0: (1, 0), 1: (1, 0)}, {}], [{1: (8, 0)}, {}])

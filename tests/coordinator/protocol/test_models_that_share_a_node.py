@@ -162,7 +162,7 @@ MUTANTS = [
 
 
 @pytest.mark.parametrize("mutant", MUTANTS)
-def test_comparison_with_the_flat_run_detects_deliberate_faults_in_nodes_of_several_models(
+def test_comparison_with_the_flat_simulator_detects_errors_planted_in_nodes_with_several_models(
     mutant: Callable[[Patch], None], monkeypatch: Patch
 ) -> None:
     mutant(monkeypatch)
@@ -181,7 +181,7 @@ def relayed() -> list[tuple[Tag, int]]:
 
 
 @pytest.mark.parametrize("mutant", [no_way_leads_from_model_to_model_within_a_node, inner_ports_are_on_no_way])
-def test_a_node_of_several_models_waits_for_the_events_between_them(
+def test_a_node_does_not_advance_past_events_between_its_own_models(
     mutant: Callable[[Patch], None], monkeypatch: Patch
 ) -> None:
     assert relayed() == [(Tag(5, 2), 100)]
@@ -193,7 +193,7 @@ def test_a_node_of_several_models_waits_for_the_events_between_them(
         relayed()
 
 
-def test_an_error_about_very_many_models_names_only_some() -> None:
+def test_an_error_message_about_very_many_models_names_only_some_of_them() -> None:
     assert together(["a"]) == "a"
     assert together(["a", "b", "c", "d"]) == "a, b, c, d"
     assert together([f"m{i}" for i in range(1024)]) == "m0, m1, m2 and 1021 others"

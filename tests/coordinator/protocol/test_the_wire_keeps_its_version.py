@@ -42,7 +42,7 @@ def test_every_message_type_of_the_protocol_has_a_stored_example_frame() -> None
     assert tags == SAID.keys() == FRAMES[str(WIRE)].keys()
 
 
-def test_messages_are_encoded_to_the_same_bytes_as_the_stored_ones() -> None:
+def test_protocol_messages_are_encoded_to_the_same_bytes_as_in_the_stored_example_file() -> None:
     assert framed() == FRAMES[str(WIRE)]
 
 

@@ -26,7 +26,7 @@ def lift():
     return simulate("lift")
 
 
-def test_simulate_reproduces_the_closed_form_of_a_pendulum() -> None:
+def test_the_function_simulate_reproduces_the_closed_form_of_a_pendulum() -> None:
     period = 2.0 * pi / sqrt(STICK.gravity)
     swung = simulate(STICK, until=2.0 * period, every=0.01)
     assert swung.t[-1] == pytest.approx(2.0 * period, abs=1e-9)

@@ -138,7 +138,7 @@ def fresh() -> dict[str, str]:
     return {k: v for k, v in os.environ.items() if k not in ("PYTHONHASHSEED", "PYTHONUTF8")}
 
 
-def test_signals_are_deferred_before_most_imports() -> None:
+def test_interrupt_signals_are_deferred_before_most_imports_of_a_command() -> None:
     done = subprocess.run([sys.executable, "-c", FIRST], env=fresh(), stdout=subprocess.PIPE, text=True, check=True)
     assert json.loads(done.stdout) == ["heavylift", "heavylift.coordinator", "heavylift.coordinator.cli"]
 

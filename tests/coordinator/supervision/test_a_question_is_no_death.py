@@ -60,7 +60,7 @@ def test_a_node_without_progress_between_two_liveness_queries_counts_as_lost_at_
     assert seen.at(20.0) == 'its process has done no step for 10 s, at File "crane.py", line 7 in external'
 
 
-def test_each_message_to_a_node_restarts_the_deadline_for_its_answer() -> None:
+def test_a_node_has_the_full_deadline_to_answer_each_message() -> None:
     seen = Seen()
     seen.sign = Alive(5)
     assert seen.at(10.0) == ""

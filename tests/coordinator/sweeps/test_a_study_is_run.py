@@ -53,7 +53,7 @@ def digests(study: Study) -> dict[int, str | None]:
     return {number: study.rows[number].get("digest") for number in sorted(study.rows)}
 
 
-def test_a_row_of_a_study_equals_the_run_with_its_settings(tmp_path: Path) -> None:
+def test_a_row_of_a_study_equals_the_result_of_a_run_with_its_settings(tmp_path: Path) -> None:
     study = studied(tmp_path / "study")
     assert statuses(study) == ["done", "done", "done", "done", "refused", "refused"]
     assert "mass" in study.rows[4]["sentence"]

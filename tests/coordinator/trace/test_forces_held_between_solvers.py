@@ -14,7 +14,7 @@ def test_explicit_coupling_with_step_h_reduces_the_damping_ratio_by_omega_h_over
     assert found.measured == pytest.approx(found.law, rel=ORDER * PAIR.omega * h)
 
 
-def test_two_coupled_pairs_of_equal_frequency_have_the_same_coupling_error():
+def test_two_pairs_of_bodies_with_the_same_frequency_have_the_same_error_of_co_simulation():
     alone = CoupledPair("mass on a spring", 1e15, 1.0, PAIR.omega**2)
     assert held(alone, 0.02, 1.0).measured == pytest.approx(held(PAIR, 0.02, 1.0).measured, rel=1e-6)
 

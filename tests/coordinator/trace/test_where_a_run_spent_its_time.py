@@ -80,7 +80,7 @@ def test_a_chain_of_waiting_nodes_in_the_trace_ends_at_the_node_that_works() -> 
     ]
 
 
-def test_the_trace_is_printed_as_tables(file: Path) -> None:
+def test_the_command_trace_prints_its_results_as_tables(file: Path) -> None:
     lines = text(Timeline(file)).splitlines()
     assert lines[0].endswith("no node was granted: the coordinator decided or recorded")
     assert [line.split()[0] for line in lines[3:5]] == ["slow", "quick"]

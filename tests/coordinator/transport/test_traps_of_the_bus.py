@@ -61,7 +61,7 @@ def test_zenoh_loses_messages_before_a_subscriber_is_known_so_the_hub_waits_for_
     assert heard == [b"known"] * 10
 
 
-def test_all_messages_use_one_priority_since_zenoh_priorities_overtake_each_other(tmp_path: Path) -> None:
+def test_all_messages_use_one_priority_since_zenoh_messages_of_higher_priority_overtake_others(tmp_path: Path) -> None:
     heard: list[int] = []
     with pair(tmp_path) as (hub, client):
 

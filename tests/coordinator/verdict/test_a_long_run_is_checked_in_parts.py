@@ -61,7 +61,7 @@ def some(x: SignalColumns, k: slice) -> SignalColumns:
     return replace(x, t=x.t[k], tensions=columns[0], lengths=columns[1], poses=poses, known={})
 
 
-def test_utilisations_do_not_depend_on_whether_a_run_is_checked_in_parts() -> None:
+def test_utilisations_do_not_depend_on_whether_the_run_is_checked_as_a_whole_or_in_parts() -> None:
     plan = load("lift").plan
     plan = msgspec.structs.replace(plan, limits=LIMITS)
     message = 0

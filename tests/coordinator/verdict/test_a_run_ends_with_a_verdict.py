@@ -108,7 +108,7 @@ def test_a_stage_with_moves_that_ends_at_once_gives_a_red_finding_with_its_line_
     ("half", "rope", "sling", "severity", "degrees"),
     [(6.0, 85.7, 5.0, "warning", 53.1), (7.5, 85.85, 6.2, "red", 62.5)],
 )
-def test_slings_of_a_bridle_beyond_their_allowed_angle_are_reported(
+def test_the_verdict_reports_each_sling_of_a_bridle_beyond_its_allowed_angle(
     half: float, rope: float, sling: float, severity: str, degrees: float, tmp_path: Path
 ) -> None:
     """Beams of 4 m between lugs that are 12 m and 15 m apart; the hook begins just above them."""

@@ -122,7 +122,7 @@ def test_the_smallest_distance_along_random_rotating_paths_agrees_with_a_fine_se
         assert least >= seen - strays - 0.05, "and below by no more than shapes may stray between samples"
 
 
-def test_a_common_search_of_all_pairs_of_shapes_finds_the_minima_of_separate_searches() -> None:
+def test_one_search_over_all_pairs_of_shapes_finds_the_minima_of_separate_searches() -> None:
     """Boxes that turn and ropes that hang for a while, over more samples than the longest stretch holds."""
     rng = np.random.default_rng(8)
     for _ in range(3):

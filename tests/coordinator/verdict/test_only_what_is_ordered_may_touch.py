@@ -108,7 +108,7 @@ def test_check_exits_with_1_if_bodies_touch_without_an_order_that_allows_it(tmp_
         ("may tuch: [[block, ground]]\n", "did you mean 'may touch'"),
     ],
 )
-def test_allowing_an_unknown_object_to_touch_is_refused(text: str, told: str) -> None:
+def test_an_order_that_allows_contact_with_an_unknown_object_is_refused(text: str, told: str) -> None:
     with pytest.raises(SceneError, match=told):
         scene("jib-60", shelf("jib-60", 0.8) + text)
 

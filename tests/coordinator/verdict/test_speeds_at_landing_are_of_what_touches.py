@@ -76,7 +76,7 @@ def test_the_lift_off_speed_is_as_accurate_late_in_a_run_as_at_its_start(tilted:
     assert then == pytest.approx(speed, abs=1e-10)
 
 
-def test_actions_without_a_name_are_checked_at_rest(quay: LoadedScene) -> None:
+def test_an_action_without_a_name_is_checked_on_the_equilibrium_path(quay: LoadedScene) -> None:
     assert speeds(quay)["own", "lift-off speed"] == pytest.approx(1.0)
 
 

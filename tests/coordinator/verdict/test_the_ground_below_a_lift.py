@@ -86,7 +86,7 @@ def test_penetration_of_the_ground_gives_a_red_check_for_every_body() -> None:
     assert told(went([STANDS - 0.05] * 3)) == [], "the supports yield"
 
 
-def test_the_bound_of_the_ground_clearance_between_samples_accounts_for_rotation() -> None:
+def test_the_lower_bound_of_the_ground_clearance_between_samples_accounts_for_rotation() -> None:
     """A box of 16 m by 8 m that rolls is lowest with its diagonal upright, here between two samples."""
     upright, step, height = np.arctan2(8.0, HALF), np.radians(8.0), 10.0
     rolls = np.array([upright + (i - 4.5) * step for i in range(10)])

@@ -20,7 +20,7 @@ def second(chromium: Any, page: Any, hands: Hands) -> Iterator[Hands]:
     other.close()
 
 
-def test_an_edit_in_one_page_appears_in_the_other_and_an_edit_of_an_outdated_version_is_refused(
+def test_an_edit_in_one_page_appears_in_other_pages_and_an_edit_of_an_outdated_version_is_refused(
     hands: Hands, second: Hands
 ) -> None:
     delayed = list[Any]()

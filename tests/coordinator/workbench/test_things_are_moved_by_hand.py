@@ -76,7 +76,7 @@ def test_a_support_is_moved_by_dragging_and_by_arrow_keys(page: Any, mover: Hand
     mover.previewed()
 
 
-def test_a_lug_that_comes_near_a_hook_snaps_under_it(page: Any, mover: Hands) -> None:
+def test_a_lug_that_passes_close_to_a_hook_snaps_to_the_position_under_the_hook(page: Any, mover: Hands) -> None:
     """The beam of loader-1 hangs between P1 and P2, so its hook stands at x = -6 m of the block."""
     views = "const { stage, picture } = workbench.views"
     hung = "const h = picture.hooks.find(x => x.name === 'crane.H1')"

@@ -41,7 +41,7 @@ def test_all_combinations_of_a_yard_study_use_the_same_random_streams(study):
     assert rows(sheet)[0][5].state == "red"
 
 
-def test_the_limit_of_a_yard_lies_between_its_last_green_value_and_the_next_value_that_is_not_green(study):
+def test_the_limit_of_a_yard_lies_between_the_last_green_value_and_the_next_other_value(study):
     sheet = study.limit("resources.crew.units=4..1")
     (row,) = rows(sheet)
     assert float(row[1]) - float(row[2]) == 1

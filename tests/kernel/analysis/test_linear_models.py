@@ -47,7 +47,7 @@ def crane(kind: str = "prescribed", m: float = 3.0, load: float = 2.0, l: float 
     return System(bodies, joints, drives=(Drive("travel", "rail", kind, 4.0, 7.0),), gravity=G)
 
 
-def test_a_trolley_with_a_pendulum_load_has_the_linear_model_of_the_textbook():
+def test_a_trolley_with_a_pendulum_load_has_the_linear_model_found_in_textbooks():
     m, load, l = 3.0, 2.0, 5.0
     found = linear_model(started(crane("force", m, load, l)), ["push"], ["joint/position/*", "pose/load/x"])
     system = control.ss(*found)

@@ -102,7 +102,7 @@ def test_files_that_heavylift_did_not_write_stay_in_the_cache_folder(folder: Pat
     assert sorted(x.name for x in folder.iterdir()) == ["fmu-data", "thesis.tex"]
 
 
-def test_two_processes_may_write_and_evict_cache_entries_at_once(folder: Path) -> None:
+def test_two_processes_may_write_and_evict_cache_entries_at_the_same_time(folder: Path) -> None:
     environment = os.environ | {"HEAVYLIFT_CACHE_MB": "0.2"}
     command = [sys.executable, "-c", WRITER]
     both = [subprocess.Popen([*command, str(seed)], env=environment, stderr=subprocess.PIPE) for seed in range(2)]

@@ -108,7 +108,7 @@ def test_impossible_wind_and_current_data_are_refused_in_one_sentence(sentence: 
         started(free(current(0.0, **BAD[sentence])))
 
 
-def test_the_slow_product_of_two_wave_sums_contains_only_their_difference_frequencies() -> None:
+def test_the_slowly_varying_product_of_two_wave_sums_contains_only_difference_frequencies() -> None:
     """Newman's form: r^2 sum_i sum_j a_i b_j cos((w_i - w_j) t + p_i - q_j)."""
     random, n, ramp, piece = np.random.default_rng(5), 12, 5.0, 0.2
     w = np.sort(random.uniform(0.4, 1.6, n))

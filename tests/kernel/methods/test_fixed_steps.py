@@ -83,7 +83,7 @@ def test_energy_created_by_a_fixed_step_ends_the_run():
         hand_over(s, 60 * SECOND)
 
 
-def test_infinite_values_with_fixed_steps_are_reported():
+def test_a_motion_that_is_not_finite_is_reported_at_fixed_steps():
     s = started(slider(), method="rk4", step=0.01)
     s.P[s.program.parameters.at["gravity", ""]] = np.nan
     with pytest.raises(KernelError, match=r"body 'load' at \d.\d+ s: its motion is not finite"):

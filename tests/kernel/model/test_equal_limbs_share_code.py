@@ -57,7 +57,7 @@ def functions(f):
     return [f, *(g for c in called for g in functions(c))]
 
 
-def test_further_equal_limbs_of_a_tree_add_no_code():
+def test_further_equal_limbs_of_a_tree_of_bodies_add_no_code():
     assert "limb0.0.bend" not in code(2)
     three, five = code(3), code(5)
     assert len(three["limb0.0.bend"].nodes) == len(five["limb0.0.bend"].nodes)

@@ -19,7 +19,9 @@ def with_body(**changed: object) -> System:
     return replace(GOOD, bodies=(replace(ROD, **changed),))
 
 
-def test_variants_of_a_system_are_validated_only_where_they_differ(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_changed_system_is_validated_again_only_where_it_differs_from_the_previous_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     check_description(GOOD)
     seen: list[str] = []
     plain = checks._check_item

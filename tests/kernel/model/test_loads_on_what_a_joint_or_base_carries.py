@@ -46,7 +46,7 @@ def arm(seed: int) -> tuple[System, str]:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_static_moments_about_joints_agree_with_mujoco(seed: int) -> None:
+def test_static_moments_about_the_joints_of_an_arm_agree_with_mujoco(seed: int) -> None:
     """Torque of gravity; with a ramp the diagonal of the mass matrix, of an arm without ropes."""
     system, text = arm(seed)
     model = mujoco.MjModel.from_xml_string(text)

@@ -70,7 +70,7 @@ def test_an_angle_threshold_below_the_start_angle_fires_at_once_and_a_threshold_
 
 
 @pytest.mark.parametrize("turns", [0.4, 0.6, 1.2, 3.7])
-def test_a_drive_follows_a_measured_angle_beyond_half_a_turn(turns):
+def test_a_drive_follows_a_measured_angle_that_exceeds_half_a_turn(turns):
     """Its reference is k times the angle, without a jump of 2 pi k; a snapshot in mid-turn changes nothing."""
     k, speed = 0.25, 2.0 * pi * turns
     slide = Joint("slide", "prismatic", "world", "slide", axis=X)
@@ -183,7 +183,7 @@ def test_a_wheel_that_turns_five_radians_per_fixed_step_has_its_exact_angle():
     assert s.commands.masters_now() == pytest.approx([100.0], abs=EXACT)
 
 
-def test_turn_counts_are_kept_when_islands_merge():
+def test_turn_counts_of_drums_and_joints_are_kept_when_islands_merge():
     """A wheel that has turned one and a half times is tied to a block by a slack rope; its threshold comes at two."""
     tie = Rope("tie", (Line(Point("wheel", (0.0, 0.5, 0.0)), Point("block")),), 1e5, 100.0, hooked=False)
     scene = wheel(Y, v0=2.0 * pi, thresholds=(Threshold("two", "angle", of="wheel", axis=1),))

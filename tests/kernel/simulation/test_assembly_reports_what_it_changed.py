@@ -70,7 +70,7 @@ def test_a_start_pose_with_closed_loops_is_kept_bit_for_bit():
     assert message == []
 
 
-def test_a_start_pose_with_rounded_digits_gives_no_note():
+def test_a_start_pose_whose_digits_are_rounded_gives_no_note():
     """Angles to a hundredth of a degree."""
     off = np.radians(0.005)
     q, _, message = begun(parallelogram((0.9,), (-0.9 + off,), (0.9 - off,)))
@@ -164,7 +164,7 @@ def test_a_start_pose_that_cannot_close_is_refused():
 # ---- speeds ------------------------------------------------------------------------------------------------------
 
 
-def test_the_given_start_speed_of_one_loop_joint_is_kept_and_the_other_speeds_follow():
+def test_the_stated_start_speed_of_one_joint_in_a_loop_is_kept_and_the_other_speeds_follow():
     """Level coupler: both cranks turn alike, the coupler turns back."""
     _, v, message = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (), ())))
     assert v == pytest.approx([4.0, -4.0, 4.0], rel=1e-9)
@@ -180,7 +180,7 @@ def test_contradictory_start_speeds_are_reported_with_their_loop():
     assert f"joint 'b' from -3 to {v[1]:.6g} rad/s" in message
 
 
-def test_start_corrections_of_a_slider_are_reported_in_metres():
+def test_a_correction_of_the_start_pose_of_a_slider_is_reported_in_metres():
     """Slider-crank: the crank of 1 m, the rod of 2 m, the slider on the x axis."""
     theta = 0.8
     rod_angle = -acos((1.0 - (sin(theta) / 2.0) ** 2) ** 0.5)

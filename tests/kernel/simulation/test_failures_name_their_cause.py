@@ -109,7 +109,7 @@ def test_a_run_stops_with_an_error_that_names_the_drive_that_pulls_a_rigid_rope_
 
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5"])
-def test_a_step_size_error_suggests_radau5_unless_the_run_already_uses_radau5(method: str) -> None:
+def test_an_error_about_a_too_small_step_size_suggests_radau5_unless_the_run_already_uses_radau5(method: str) -> None:
     """A spring that swings faster than any step, and the sentences of both ways to fail."""
     scene = replace(slider("cart", 1.0, axis=X), springs=(JointSpring("spring", "cart-guide", 1e30),))
     program = Program(scene)

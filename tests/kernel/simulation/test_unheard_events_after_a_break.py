@@ -161,7 +161,7 @@ def test_an_event_in_the_nanosecond_of_a_speed_profile_break_comes_in_the_first_
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_times_and_microsteps_of_events_are_those_of_the_closed_forms(law):
+def test_events_of_force_laws_and_thresholds_have_the_times_and_microsteps_of_closed_forms(law):
     text, _, times = played(law, ("law",), [Tag(END)])
     tags = [(tag, name, what) for tag, name, what, _ in text]
     assert tags[0] == (Tag(EVENT), "law", WHAT[law])
@@ -174,7 +174,7 @@ def test_times_and_microsteps_of_events_are_those_of_the_closed_forms(law):
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_receiving_the_events_of_a_law_changes_no_other_event_and_no_sample(law):
+def test_subscribing_to_the_events_of_a_force_law_changes_no_other_event_and_no_sample(law):
     unheard, rows, times = played(law, (), [Tag(END)])
     text, same, instants = played(law, ("law",), [Tag(END)])
     assert unheard == [event for event in text if event[1] != "law"]

@@ -62,7 +62,7 @@ def test_an_omitted_contact_pair_costs_no_operations_and_leaves_no_code():
     assert code(one) == code(never)
 
 
-def test_the_operations_of_an_evaluation_grow_equally_with_each_support():
+def test_each_support_adds_the_same_number_of_operations_to_an_evaluation_of_the_equations():
     standing = declared("{}")
     flying = replace(standing, supports=())
     written = System(**{f.name: getattr(flying, f.name) for f in fields(System) if f.name != "supports"})
@@ -108,7 +108,7 @@ def code(given):
     return Simulation(given, native=False).native.structure
 
 
-def test_each_coarser_model_level_needs_fewer_operations():
+def test_each_coarser_model_level_needs_fewer_operations_per_evaluation():
     candidates = ("{ropes: massive, lumps: 2, girder: elastic}", "{girder: elastic}", "{}", "{motion: across}")
     costs = [operations(declared(candidate)) for candidate in candidates]
     assert costs == sorted(costs, reverse=True)

@@ -59,7 +59,7 @@ def test_an_uncertain_mass_counts_in_design_loads(crane: str, tmp_path: Path) ->
         assert one[key] == pytest.approx(other[key], rel=CLOSE), key
 
 
-def test_contingencies_and_uncertain_inputs_count_together(crane: str, tmp_path: Path) -> None:
+def test_weight_contingencies_and_uncertain_inputs_are_combined_in_design_loads(crane: str, tmp_path: Path) -> None:
     """At least as the heaviest block does that both allow, also where the unloaded crane is what presses hardest."""
     text, random = begun(crane, tmp_path), Random(crane)
     half, more = random.uniform(0.05, 0.2), random.uniform(1.1, 1.4)

@@ -46,7 +46,7 @@ def force_on_base(plan: Plan, machine: Mechanism, signals: SignalColumns) -> tup
     return base_force(FormulaContext(places, (1.0, 0.0, *group.numbers), tensions, lines), 2)
 
 
-def test_four_outriggers_carry_a_quarter_of_the_weight_plus_the_moments() -> None:
+def test_each_of_four_outriggers_carries_a_quarter_of_the_weight_plus_the_share_of_the_moments() -> None:
     """V/4 +- Mx/(2b) +- My/(2a) of a rigid base on equal springs."""
     V, Mx, My = 800e3, 560e3, 480e3
     found = corners(V, My / V, Mx / V)

@@ -158,7 +158,7 @@ def test_the_off_lead_check_reports_its_maximum_with_time_and_stage() -> None:
     )
 
 
-def test_the_off_lead_is_checked_in_each_state_of_the_equilibrium_path() -> None:
+def test_the_off_lead_of_ropes_is_checked_in_each_state_of_the_equilibrium_path() -> None:
     """A bridle that opens as its hook comes down, under a rope that leads off: the worst is reported."""
     built = plan()
     tie, _ = slings(built)["loader-3.sling-1"]

@@ -40,7 +40,7 @@ def lift(*fidelity: str, still: bool = False):
 
 @pytest.mark.parametrize("rung", RUNGS)
 @pytest.mark.large(beyond=1)
-def test_no_machine_moves_before_its_first_order(rung):
+def test_no_machine_moves_before_it_receives_its_first_order(rung):
     s = paused(lift(rung, still=True), at=3.0)
     speeds = s.state[s.program.graph.nq :][: s.program.graph.nv]
     assert np.abs(speeds).max() < (SETTLES if "elastic" in rung else QUIET)

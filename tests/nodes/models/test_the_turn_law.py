@@ -44,7 +44,7 @@ def test_in_a_turn_every_trolley_and_winch_follows_the_angle_and_no_crane_travel
     assert list(laws(turnover(), half("B"))) == [f"{crane}.{name}" for crane in ("west", "east") for name in names]
 
 
-def test_in_a_turn_a_winch_without_slings_stands_still() -> None:
+def test_during_a_turn_a_winch_without_slings_stands_still() -> None:
     found = laws(turnover(), {sling: lug for sling, lug in half("B").items() if not sling.startswith("loader-1")})
     assert [name for name in found if name.startswith("west.H1")] == []
     assert "west.H2" in found

@@ -128,7 +128,7 @@ def test_a_contact_with_the_block_is_not_a_support() -> None:
         ),
     ],
 )
-def test_elements_that_cannot_act_on_the_lift_are_reported_with_their_line_in_the_scene(
+def test_scene_elements_that_cannot_act_on_the_lift_are_reported_with_their_line_in_the_scene(
     parts: str, sentence: str
 ) -> None:
     with pytest.raises(SceneError) as refusal:

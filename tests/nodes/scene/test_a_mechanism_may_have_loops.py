@@ -87,7 +87,7 @@ end: 1 s
 """
 
 
-def test_a_drive_holds_a_loop_without_other_degrees_of_freedom() -> None:
+def test_a_drive_holds_a_loop_that_has_no_other_degree_of_freedom() -> None:
     """At rest the drive carries what a universal joint passes on: at 40 degrees, that of the power it would take."""
     scene = parse(DRIVEN)
     (state,) = scene.statics.states

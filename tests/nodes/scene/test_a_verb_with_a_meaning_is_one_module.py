@@ -62,7 +62,7 @@ def test_a_verb_of_orders_with_its_own_module_is_parsed_resolved_and_executed(tm
 
 
 @pytest.mark.usefixtures("nudge")
-def test_faults_in_a_verb_with_its_own_module_are_reported_like_those_of_other_verbs() -> None:
+def test_a_faulty_order_whose_verb_is_defined_in_one_module_gives_the_same_errors_as_other_verbs() -> None:
     with pytest.raises(SceneError, match="'5 m' is not a valid angle"):
         parse(SCENE.replace("5 deg", "5 m"))
     with pytest.raises(SceneError, match="'pivot' to give an order to"):

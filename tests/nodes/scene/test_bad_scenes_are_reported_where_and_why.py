@@ -47,7 +47,7 @@ def test_an_invalid_scene_is_reported(name: str) -> None:
     assert shown[caret.index("^") :].startswith(points_at)
 
 
-def test_all_errors_of_a_scene_are_reported_at_once_with_line_caret_and_hint() -> None:
+def test_all_errors_of_a_scene_are_reported_together_with_line_and_caret_and_hint() -> None:
     text = """\
 heavylift: 1
 name: two cranes
@@ -122,7 +122,7 @@ def test_names_reserved_for_the_run_are_refused_as_node_names() -> None:
             check_names([word], "node")
 
 
-def test_rope_lines_on_unknown_bodies_are_reported_with_all_other_faults() -> None:
+def test_rope_lines_on_unknown_bodies_are_reported_together_with_all_other_faults() -> None:
     message = refused("""\
 heavylift: 1
 name: hanging

@@ -101,7 +101,7 @@ def test_impossible_landings_are_reported(words: str, told: str) -> None:
     assert "scene.yaml:12:" in str(error.value)
 
 
-def test_contacts_that_carry_no_load_do_not_change_the_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_contacts_without_load_do_not_change_the_equilibrium_of_a_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = at_rest(parse(TEXT, passing=True, followed=False).plan)
     few = StaticRun(plan)
     monkeypatch.setattr(static_run, "apart", lambda *contact: False)

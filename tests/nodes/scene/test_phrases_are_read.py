@@ -67,7 +67,7 @@ def test_condition_phrases_are_parsed_into_their_values(text: str) -> None:
     assert read_condition(text) == (CONDITIONS[text],)
 
 
-def test_conditions_can_be_joined_by_the_word_and() -> None:
+def test_conditions_of_an_action_can_be_joined_by_the_word_and() -> None:
     text = "landed and all slings slack"
     assert read_condition(text) == (
         GroundTest("landed", 0, text="landed"),

@@ -112,7 +112,7 @@ def test_swing_free_ramps_can_be_set_for_a_crane_or_for_a_single_order() -> None
     assert all(not m.pulses for action in scene.plan.actions for m in action.orders if isinstance(m, Move))
 
 
-def test_each_swing_free_ramp_fits_the_rope_length_at_its_beginning() -> None:
+def test_each_swing_free_ramp_fits_the_rope_length_at_the_beginning_of_its_move() -> None:
     """Hoisting while it traverses: the ropes are shorter as it stops, and what that leaves is said."""
     scene = load(
         "lift",
@@ -159,7 +159,7 @@ def test_swing_free_ramps_of_a_load_without_swing_period_are_reported() -> None:
         load("turnover", [turn])
 
 
-def test_a_swing_free_ramp_can_neither_be_varied_nor_ordered_by_an_operator() -> None:
+def test_a_move_with_a_swing_free_ramp_can_neither_be_varied_nor_ordered_by_an_operator() -> None:
     with pytest.raises(SceneError, match=r"input cranes.crane.ramp: this is not a quantity"):
         inputs(load("lift", ["cranes.crane.ramp=one swing"]), ["cranes.crane.ramp"])
     with pytest.raises(

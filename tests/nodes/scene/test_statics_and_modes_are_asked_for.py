@@ -105,7 +105,7 @@ mechanism:
 """
 
 
-def test_a_scene_that_falls_freely_has_no_static_equilibrium(tmp_path, capsys, monkeypatch):
+def test_a_freely_falling_body_has_no_static_equilibrium(tmp_path, capsys, monkeypatch):
     (tmp_path / "falls.yaml").write_text(FALLS)
     monkeypatch.setattr(sys, "argv", ["heavylift", "modes", str(tmp_path / "falls.yaml")])
     with pytest.raises(SystemExit, match="1"):

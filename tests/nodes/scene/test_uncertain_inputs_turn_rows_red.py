@@ -74,7 +74,7 @@ def test_a_value_beyond_its_limit_only_at_the_worst_corner_gives_a_red_check_wit
     assert row.use == pytest.approx(1.05 * (nominal.use or 0.0), rel=2e-3)
 
 
-def test_a_run_and_the_static_check_use_the_same_corners_of_uncertain_inputs() -> None:
+def test_a_run_and_the_static_check_use_the_same_extreme_combinations_of_uncertain_inputs() -> None:
     scene = bare("lift", ["block.mass=510 t +- 5 %", "end=90 s"])
     run = play(scene.plan)
     red = [f.sentence for f in run.verdict.findings if f.state == "red"]

@@ -190,7 +190,7 @@ def test_the_heave_of_a_deck_below_a_hook_on_the_quay_is_checked() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_the_relative_heave_does_not_depend_on_where_a_run_is_split(heaving: Plan, seed: int) -> None:
+def test_the_relative_heave_does_not_depend_on_how_a_run_is_divided_into_parts(heaving: Plan, seed: int) -> None:
     """Random heave and a winch that moves now and then; the reference looks at each rest of the winch as a whole."""
     draw, n = np.random.default_rng(seed), 300
     (limit,) = (x for x in heaving.limits if x.quantity == "relative heave")

@@ -220,7 +220,9 @@ def test_netcdf_4_files_with_motions_in_any_order_give_the_same_hull_coefficient
         assert np.abs(one - two).max() <= 30.0 * WRITTEN * max(float(np.abs(one).max()), 1.0), name
 
 
-def test_wave_frequencies_without_a_solution_in_a_netcdf_file_are_left_out(tmp_path: Path, hull: Coefficients) -> None:
+def test_netcdf_hull_data_are_read_without_the_wave_frequencies_that_have_no_solution(
+    tmp_path: Path, hull: Coefficients
+) -> None:
     """Capytaine writes NaN for long waves on shallow water."""
     import h5py
 

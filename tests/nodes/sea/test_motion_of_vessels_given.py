@@ -33,7 +33,7 @@ def amplitudes(of: Plan, name: str = "barge") -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_given_motion_in_a_regular_wave_is_the_response_of_the_frequency_domain_from_any_side(seed: int) -> None:
+def test_a_vessel_with_prescribed_motion_moves_in_waves_from_any_side_by_its_response_functions(seed: int) -> None:
     random = np.random.default_rng(seed)
     to, bow, period = (float(x) for x in random.uniform((-180.0, -180.0, 4.0), (180.0, 180.0, 16.0)))
     plan = parse(scene(f"height: 2 cm, period: {period!r} s", f"{to!r} deg", f"{bow!r} deg")).plan
@@ -119,7 +119,7 @@ def test_given_motion_with_crane_and_mooring_lines_is_that_of_the_linear_model_o
             assert found[kind, i] == pytest.approx(want[kind], abs=close * np.abs(found[kind]).max())
 
 
-def test_given_motion_is_a_level_of_scenes_with_vessels_in_waves_only() -> None:
+def test_prescribed_vessel_motion_is_a_model_level_only_for_scenes_with_vessels_in_waves() -> None:
     for name, there in (("moored", True), ("floating", False), ("lift", False)):
         ladder = Ladder(load(name).plan)
         assert ("motion given" in {x.water for x in ladder.compared}) is there

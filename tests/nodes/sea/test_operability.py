@@ -42,7 +42,7 @@ def test_in_the_highest_allowed_sea_the_confidence_bound_of_the_quantile_equals_
     assert found.runs[found.green][name] < 1.0 < found.runs[found.red][name]
 
 
-def test_the_longest_allowed_wave_period_is_where_a_scan_over_periods_meets_the_limit() -> None:
+def test_the_longest_allowed_wave_period_is_where_a_scan_over_periods_reaches_the_limit() -> None:
     """A longer sea heaves the barge more; at the period that is found, half a metre is the highest sea, too."""
     with ThreadPoolExecutor(1) as pool:
         runs = SeaRuns(parse(SCENE), range(1, 11), 60.0, pool)

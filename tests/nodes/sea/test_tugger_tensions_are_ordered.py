@@ -129,7 +129,7 @@ def test_a_run_with_ordered_tensions_is_reproduced_from_its_recording(tmp_path: 
 
 
 @pytest.mark.parametrize("crane", TYPES)
-def test_a_line_on_the_load_of_any_crane_is_pulled_by_order(
+def test_a_tag_line_on_the_load_of_any_crane_is_pulled_by_order(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

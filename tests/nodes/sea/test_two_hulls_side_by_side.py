@@ -190,7 +190,7 @@ def test_given_motions_of_two_hulls_are_those_of_their_coupled_equations(
             assert found[kind] == pytest.approx(each[kind], abs=CLOSE * np.abs(each[kind]).max())
 
 
-def test_hulls_without_waves_between_them_move_as_two_single_vessels(tmp_path: Path, pair: Hydrodynamics) -> None:
+def test_hulls_that_exchange_no_waves_move_as_two_single_vessels(tmp_path: Path, pair: Hydrodynamics) -> None:
     """Far apart, nothing couples them: a file of both with states of their own, and files of each alone."""
     second = pair.beside
     assert second
@@ -269,7 +269,7 @@ def test_files_of_wamit_and_capytaine_of_two_hulls_give_the_same_coefficients(tm
         wamit(tmp_path / "two.1", 3600.0, 0.0, 10.0)
 
 
-def test_a_resonance_of_the_gap_that_the_frequencies_miss_is_refused(tmp_path: Path) -> None:
+def test_wave_frequencies_that_miss_a_resonance_of_the_gap_are_refused(tmp_path: Path) -> None:
     with netcdf_file(DATA, "r", mmap=False) as file, netcdf_file(tmp_path / "few.nc", "w") as few:
         size = file.variables["omega"].shape[0]
         kept = [*range(0, size - 1, 2), size - 1]

@@ -198,6 +198,6 @@ def test_a_barge_that_drifts_along_the_quay_beyond_its_fenders_gives_a_red_verdi
     assert row.value == pytest.approx(-4.0 - past.poses["barge"][:, 1].min(), abs=0.1)
 
 
-def test_a_fender_face_without_a_size_is_reported_as_not_checked() -> None:
+def test_a_fender_face_whose_size_is_not_stated_is_reported_as_not_checked() -> None:
     (one, other) = [x for x in scene().plan.limits if "beside the face" in x.subject]
     assert (one.value, other.note) == (None, "give the 'size' of the face")

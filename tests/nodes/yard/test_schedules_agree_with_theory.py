@@ -145,7 +145,7 @@ def random_yard(folder, seed):
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("rule", RULES)
-def test_the_dispatcher_is_the_parallel_schedule_generation_scheme(tmp_path, seed, rule):
+def test_the_yard_dispatcher_follows_the_parallel_schedule_generation_scheme(tmp_path, seed, rule):
     yard = random_yard(tmp_path, seed)
     schedule = ran(yard, rule)
     assert [*zip(schedule.starts, schedule.ends, strict=True)] == [(a / 1e9, b / 1e9) for a, b in by_hand(yard, rule)]

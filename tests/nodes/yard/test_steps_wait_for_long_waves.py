@@ -107,7 +107,7 @@ def test_windows_in_a_random_sea_are_those_of_a_search_over_all_hours(tmp_path, 
     assert starts(written(tmp_path, sea, text, blocks=blocks)) == want
 
 
-def test_a_planned_start_in_a_closed_window_is_put_off_to_the_next_open_one(tmp_path):
+def test_a_lift_planned_outside_its_weather_window_is_postponed_to_the_next_window(tmp_path):
     """Planned for hour 10, at which the period is above the limit until hour 15."""
     (tmp_path / "plan.csv").write_text("block,step,start,end\nA,lift,2027-01-04 10:00,2027-01-04 14:00\n")
     sea = [(1.0, 9.0 if 8 <= n < 15 else 7.0, 0) for n in range(48)]

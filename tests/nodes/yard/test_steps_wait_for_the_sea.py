@@ -81,7 +81,7 @@ def test_a_step_refused_by_the_sea_late_in_a_shift_begins_at_the_next_shift(tmp_
     assert starts(of)[0] == [32]
 
 
-def test_a_step_waits_for_ever_only_if_its_shortest_window_is_too_long(tmp_path):
+def test_a_yard_step_is_refused_if_no_weather_window_can_ever_be_long_enough(tmp_path):
     of = yard(tmp_path, [0.5] * 48, ", alpha: {12 h: 0.93}", "9 h", ", works: day", text=SHIFTS)
     with pytest.raises(HeavyliftError, match="needs a window of 25 h, longer than all with an alpha factor"):
         starts(of)

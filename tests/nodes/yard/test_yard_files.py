@@ -64,7 +64,7 @@ def test_the_end_of_work_by_a_calendar_equals_that_found_by_stepping_hour_by_hou
         assert calendar.back(end, work * HOUR) == start * HOUR
 
 
-def test_without_a_calendar_all_time_is_working_time():
+def test_a_yard_without_a_calendar_works_at_all_times():
     calendar = Calendar()
     assert (calendar.open(5), calendar.add(5, 3), calendar.back(8, 3)) == (5, 8, 5)
 
@@ -137,7 +137,7 @@ def test_corrupted_yard_files_end_with_a_one_sentence_error(folder, seed):
         (folder / name).write_text(text)
 
 
-def test_blocks_that_never_free_their_place_are_reported_by_name(folder):
+def test_a_yard_whose_erection_places_never_become_free_is_reported_with_the_blocking_place(folder):
     changed(folder, "yard.yaml", "erection: [erect, fit-up]", "erection: [fit-up, weld]")
     changed(folder, "yard.yaml", "goliath: fit-up", "goliath: weld")
     changed(folder, "blocks.csv", "K1,,,", "K1,K2,,")

@@ -107,7 +107,7 @@ class _Models:
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
-        """Return the actuator that the set-points of a port control; None, after an error, if there is none."""
+        """Return the actuator that a port's set-points control; if there is none, add an error and return None."""
         words = " ".join(target.split())
         found = self.targets.get(words, ())
         found = tuple(x for x in found if called_of(x.name) == (words, "")) or found  # the drive called as its machine

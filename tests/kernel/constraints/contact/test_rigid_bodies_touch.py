@@ -37,7 +37,7 @@ def test_a_block_on_a_slope_sticks_below_the_friction_angle(part):
 
 
 @pytest.mark.parametrize("part", [1.001, 1.5])
-def test_a_block_slides_down_at_g_sin_minus_mu_g_cos_above_the_friction_angle(part):
+def test_above_the_friction_angle_a_block_slides_down_with_acceleration_g_sin_minus_mu_g_cos(part):
     angle = part * atan(MU)
     s = started(on_slope(angle, MU), **FINE)
     s.run(2 * SECOND)

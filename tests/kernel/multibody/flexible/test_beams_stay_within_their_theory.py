@@ -195,7 +195,7 @@ def test_a_column_supported_by_another_body_is_not_refused():
     assert "if only its frame held it" in sentence
 
 
-def test_a_short_shock_is_not_reported_as_buckling():
+def test_a_column_under_a_short_shock_is_not_reported_as_buckling():
     """Twice the Euler load for 30 ms."""
     blow = InputSignal(times=(0.0, 0.5, 0.5, 0.53, 0.53), values=(0.0, 0.0, 1.0, 1.0, 0.0))
     system = column(Flexible(2, BEAM, damping=0.1), force=on_tip(2.0), signal=blow)
