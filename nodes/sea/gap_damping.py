@@ -1,9 +1,8 @@
 """Damping of the water between two hulls near each other, whose resonance potential theory makes too high.
 
 Viscous damping there comes from model tests or a damping lid. Of the states x' = F x + G v of the water, the pair of
-eigenvalues l of the strongest resonance moves to l - d with d = ratio |l|: F' = F - c (Q Q^T + S Q Q^T S) / 2 with an
-orthonormal basis Q of its two states and the signs S of reciprocal states, S F^T S = F (`radiation_fit`). So the water
-stays passive and reciprocal; c makes up for what the other states take. For small damping a lid with dissipation e
+eigenvalues l of the strongest resonance moves to l - d with d = ratio |l|: F' = F - d Q Q^T with an orthonormal basis Q
+of its two states, so that nothing else moves, and the water stays passive. For small damping a lid with dissipation e
 [1/s] (Chen, Hydrodynamics in offshore and naval applications, 2004) has the ratio e / (2 w). The wave loads have the
 same resonance, as a part R / (i w - l) that is found by least squares beside a parabola in w.
 """
@@ -17,7 +16,6 @@ from .hydrodynamics import GapDamping, Hydrodynamics
 LIGHT = 0.15  # damping ratio above which states of the water are no resonance
 WINDOW = 0.3  # of the frequency of the resonance, to both sides, where loads are split
 ORDER = 2  # of the polynomial in w
-STEPS = 20  # of the iteration for the damping, whose error each reduces several times
 
 
 def with_gap_damping(hull: Hydrodynamics, ratio: float, source: str) -> Hydrodynamics:
@@ -31,27 +29,12 @@ def with_gap_damping(hull: Hydrodynamics, ratio: float, source: str) -> Hydrodyn
         raise SceneError(f"{hull.name}: the damping of a gap is above 0 and below 1, a part of critical, not {ratio:g}")
     F, G = np.array(hull.radiation.F), np.hstack([np.array(hull.radiation.G), np.array(second.hull.radiation.G)])
     value, states = _resonance(F, G, np.array(hull.loads.frequencies), hull.name)
-    F, moved = _damped(F, np.where(G.any(axis=1), 1.0, -1.0), value, states, ratio * abs(value))
-    damped = tuple(map(tuple, F.tolist()))
-    first, other = (_damped_loads(x, value, moved) for x in (hull, second.hull))
+    rate, Q = ratio * abs(value), np.linalg.qr(np.column_stack([states.real, states.imag]))[0]
+    damped = tuple(map(tuple, (F - rate * Q @ Q.T).tolist()))
+    first, other = (_damped_loads(x, value, rate) for x in (hull, second.hull))
     water = msgspec.structs.replace(hull.radiation, F=damped)
     beside = msgspec.structs.replace(second, hull=other, damping=GapDamping(ratio, abs(value), source))
     return msgspec.structs.replace(first, radiation=water, beside=beside)
-
-
-def _damped(
-    F: np.ndarray, signs: np.ndarray, value: complex, states: np.ndarray, rate: float
-) -> tuple[np.ndarray, complex]:
-    """Return the states with the resonance damped by a rate [1/s], and its eigenvalue."""
-    Q = np.linalg.qr(np.column_stack([states.real, states.imag]))[0]
-    D = 0.5 * (Q @ Q.T + np.outer(signs, signs) * (Q @ Q.T))
-    c, found, moved = rate, F, value
-    for _ in range(STEPS):
-        found = F - c * D
-        values = np.linalg.eigvals(found)
-        moved = complex(values[np.argmin(np.abs(values - (value - rate)))])
-        c *= rate / (value.real - moved.real)
-    return found, moved
 
 
 def _resonance(F: np.ndarray, G: np.ndarray, w: np.ndarray, name: str) -> tuple[complex, np.ndarray]:
@@ -71,8 +54,8 @@ def _resonance(F: np.ndarray, G: np.ndarray, w: np.ndarray, name: str) -> tuple[
     return complex(values[k]), V[:, k]
 
 
-def _damped_loads(hull: Hydrodynamics, value: complex, moved: complex) -> Hydrodynamics:
-    """Return the data of a hull whose wave loads have the resonance moved to another eigenvalue."""
+def _damped_loads(hull: Hydrodynamics, value: complex, rate: float) -> Hydrodynamics:
+    """Return the data of a hull whose wave loads have the resonance moved by a rate [1/s]."""
     loads = hull.loads
     w, X = np.array(loads.frequencies), np.array(loads.real) + 1j * np.array(loads.imaginary)
     near = np.abs(w - value.imag) < WINDOW * value.imag
@@ -82,7 +65,7 @@ def _damped_loads(hull: Hydrodynamics, value: complex, moved: complex) -> Hydrod
         raise SceneError(f"{hull.name}: it has too few frequencies near {value.imag:.3g} rad/s")
     given = X[:, near].swapaxes(0, 1).reshape(len(parts), -1)
     R = np.linalg.lstsq(parts, given, rcond=None)[0][0].reshape(len(X), 1, 6)
-    change = 1.0 / (1j * w - moved) - 1.0 / (1j * w - value)
+    change = 1.0 / (1j * w - value + rate) - 1.0 / (1j * w - value)
     found = X + R * change[:, None]
     real, imaginary = (tuple(tuple(map(tuple, x)) for x in part.tolist()) for part in (found.real, found.imag))
     return msgspec.structs.replace(hull, loads=msgspec.structs.replace(loads, real=real, imaginary=imaginary))
