@@ -70,7 +70,7 @@ def test_luffing_in_resets_the_load_chart_interlock_so_that_the_module_can_be_se
     ]
 
 
-def test_check_reports_that_the_load_chart_interlock_stops_the_boom() -> None:
+def test_the_command_check_reports_that_the_load_chart_interlock_stops_the_boom() -> None:
     message = [f.sentence for f in load("crawler").findings if f.quantity == "interlock"]
     assert message == [STOPPED]
 

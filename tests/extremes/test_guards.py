@@ -85,7 +85,7 @@ def test_the_stability_of_a_fixed_step_is_checked_when_a_winch_has_shortened_the
         hand_over(s, 70 * SECOND)
 
 
-def test_oscillations_that_a_stable_step_distorts_are_noted():
+def test_an_oscillation_that_a_stable_time_step_distorts_is_reported_as_a_note():
     at_rest = hung(LENGTH * (1.0 + MASS * G / EA))
     s = started(at_rest, method="radau5", step=0.5)
     assert [note.sentence for note in s.notes] == [

@@ -63,7 +63,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_info_shows_models_results_and_events_of_a_devs_run(recorded: Path) -> None:
+def test_the_command_info_shows_models_and_results_and_events_of_a_devs_run(recorded: Path) -> None:
     text = info(recorded)
     assert f"  model     {clocks.__module__}:clocks\n" in text
     assert "shop.clock0  Told  n 4, name end, inner {'level': 0.25}, pair [1, 2], maybe None" in text

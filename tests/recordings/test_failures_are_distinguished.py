@@ -145,7 +145,7 @@ def test_infinite_values_in_a_recording_end_with_a_one_sentence_error(
         assert sentences or name == "rated"
 
 
-def test_info_detects_an_altered_digest_or_peak(recorded: Path, tmp_path: Path) -> None:
+def test_the_command_info_detects_an_altered_digest_or_peak_in_a_recording(recorded: Path, tmp_path: Path) -> None:
     def forge(parts: Parts) -> None:
         result = parts.metadata["result"]
         peaks = json.loads(result["peaks"])

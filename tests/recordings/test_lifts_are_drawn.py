@@ -93,7 +93,7 @@ def test_nothing_in_drawings_leaves_the_sheet_and_texts_do_not_overlap(
             assert apart, f"{drawing.title}: '{a}' lies over '{b}'"
 
 
-def test_the_numbers_of_dimension_lines_are_drawn_above_all_lines_on_a_white_background(
+def test_in_drawings_the_numbers_of_dimension_lines_lie_above_all_lines_on_a_white_background(
     made: list[tuple[DrawnInstant, Drawing]],
 ) -> None:
     """Lines of one dimension may cross the number of another, which is still legible."""
@@ -137,7 +137,9 @@ def test_svg_and_dxf_drawings_have_the_same_content(lift: Recording, tmp_path: P
 
 
 @pytest.mark.large(beyond=3)
-def test_a_lift_report_has_drawings_and_that_of_a_mechanism_none(lift: Recording, tmp_path: Path) -> None:
+def test_the_report_of_a_lift_has_drawings_and_the_report_of_a_mechanism_has_none(
+    lift: Recording, tmp_path: Path
+) -> None:
     text = report(lift, tmp_path / "report.html").read_text()
     assert text.count('class="drawing"') == len(drawings(lift, recorded_verdict(lift), PROJECT))
 

@@ -18,7 +18,7 @@ from heavylift.recordings.render import outline, spread
 from heavylift.recordings.render.plot import FINE, _most_used
 
 
-def test_info_shows_peaks_and_channels_of_a_run(recorded: Path) -> None:
+def test_the_command_info_shows_peaks_and_channels_of_a_recording(recorded: Path) -> None:
     text = info(recorded)
     rec = Recording(recorded)
     assert text.splitlines()[:4] == [
@@ -42,7 +42,7 @@ def test_info_shows_peaks_and_channels_of_a_run(recorded: Path) -> None:
     assert "  lift.yaml   13 B" in text
 
 
-def test_info_shows_the_cause_of_a_failed_run(begin: Callable[[], Recorder]) -> None:
+def test_the_command_info_shows_the_cause_of_a_failed_run(begin: Callable[[], Recorder]) -> None:
     path = begin().close("failed", "west: rope H1 broke at 12 s")
     assert "  status    failed: west: rope H1 broke at 12 s\n" in info(path)
 

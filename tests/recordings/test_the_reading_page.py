@@ -20,7 +20,7 @@ from small_run import SECOND
 PAGE = Path(__file__).parents[2] / "recordings/READING.md"
 
 
-def test_every_code_block_of_the_page_about_reading_runs_can_be_executed(
+def test_the_code_blocks_on_the_documentation_page_about_reading_recordings_can_be_executed(
     recorded: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(recorded.parent)

@@ -87,7 +87,7 @@ def test_a_run_in_progress_is_found_by_its_recording_run_id_or_scene(frozen_run)
         find("tower")
 
 
-def test_watch_prints_lines_with_stage_and_units_or_json(frozen_run) -> None:  # type: ignore[no-untyped-def]
+def test_the_command_watch_prints_events_as_lines_with_stage_and_units_or_as_json(frozen_run) -> None:  # type: ignore[no-untyped-def]
     run, _ = frozen_run
     wanted = ["watch", run.notice.recording, "--topics", "crane.input"]
     with going(Path(), *wanted) as text, going(Path(), *wanted, "--json") as data:

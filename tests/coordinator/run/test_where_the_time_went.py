@@ -33,7 +33,7 @@ def test_the_time_of_a_recording_call_that_raises_an_error_is_counted():
             assert work.spent_s > before
 
 
-def test_run_verbose_prints_the_wall_clock_seconds_of_each_part_of_a_run(tmp_path):
+def test_the_option_verbose_prints_the_wall_clock_seconds_of_each_part_of_a_run(tmp_path):
     message = (
         CliRunner().invoke(app, ["run", "lift", "--in-process", "--verbose", "-o", str(tmp_path / "lift.mcap")]).output
     )

@@ -151,7 +151,7 @@ def test_a_search_for_all_limits_covers_the_speeds_and_uncertain_inputs_of_a_sce
     assert {"block.mass", "block.com.x", "block.com.y", "block.com.z"} < set(names)
 
 
-def test_the_limits_of_several_inputs_are_in_one_table_and_on_one_page(told, lift) -> None:
+def test_limits_found_for_several_inputs_are_in_one_table_and_on_one_page(told, lift) -> None:
     found = [told(lambda x: x < 500.0), told(lambda x: True)]
     first, second = table_text(limits_table(found)).splitlines()[1:]
     assert first.split()[:1] == second.split()[:1] == ["block.mass"]

@@ -75,7 +75,7 @@ def test_a_node_refuses_a_message_that_was_sent_on_another_topic() -> None:
     assert "a message of topic 'samples' arrived" in refusal(writer(topic=FrameTopic.SAMPLES).frame(b""))
 
 
-def test_a_message_of_an_earlier_process_incarnation_is_refused() -> None:
+def test_a_message_from_a_replaced_process_of_the_node_is_refused() -> None:
     assert refusal(writer(epoch=0).frame(b"")) == (
         "node west, message 0 on 'out': a message of epoch 0 arrived in epoch 1, end the node's older process"
     )

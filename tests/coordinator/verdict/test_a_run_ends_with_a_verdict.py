@@ -203,7 +203,7 @@ def test_a_red_verdict_is_the_first_line_that_run_prints_and_gives_exit_code_1_w
     assert json.loads(heavylift("report", "cut.mcap", "--json").stdout)["verdict"] == message
 
 
-def test_info_and_report_print_the_verdict_and_name_the_tolerance(tmp_path: Path) -> None:
+def test_the_commands_info_and_report_print_the_verdict_and_name_the_tolerance(tmp_path: Path) -> None:
     verdict(tmp_path, LIFT)
     text, page = info(tmp_path / "run.mcap"), report(tmp_path / "run.mcap", tmp_path / "r.html").read_text()
     for message in (text, page):

@@ -215,7 +215,7 @@ mechanism:
 """
 
 
-def test_only_start_coordinates_written_in_a_scene_count_as_given():
+def test_only_start_coordinates_that_a_scene_states_are_kept_and_the_others_are_computed():
     (mechanism,) = parse(SCENE).plan.machines
     s = Simulation(mechanism.system, native=False)
     s.start()
@@ -224,7 +224,7 @@ def test_only_start_coordinates_written_in_a_scene_count_as_given():
     assert not [n for n in s.notes if "changed" in n.sentence]
 
 
-def test_a_start_coordinate_written_as_zero_counts_as_given():
+def test_a_start_coordinate_stated_as_zero_is_kept_and_not_computed():
     rocker = "at: [2 m, 0, 0], axis: [0, -1, 0]"
     (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.machines
     assert [j.q0 for j in mechanism.system.joints] == [(pytest.approx(0.8726646),), (), (0.0,), ()]

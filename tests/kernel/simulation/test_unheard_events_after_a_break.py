@@ -155,7 +155,7 @@ def test_events_and_samples_do_not_depend_on_how_time_grants_are_split(law, hear
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("second", [BREAK, SECOND // 2], ids=["command at the break", "command later"])
-def test_an_event_in_the_nanosecond_of_a_speed_profile_break_comes_in_the_first_microstep(law, second):
+def test_an_event_at_a_corner_of_a_speed_profile_occurs_in_the_first_microstep(law, second):
     text, _, _ = played(law, ("law",), [Tag(END)], AT_ONCE, second)
     assert text[0][:2] == (Tag(BREAK), "law")
 

@@ -82,7 +82,7 @@ def test_integration_methods_that_cannot_run_are_refused_before_the_start(keys: 
         ("girder", ["method=rk4", "step=1 s"], "too long for method 'rk4', since 'girder' on 'girder' swings at"),
     ],
 )
-def test_check_and_run_refuse_an_unstable_step_with_the_same_sentence(
+def test_the_commands_check_and_run_refuse_an_unstable_time_step_with_the_same_sentence(
     scene, keys, sentence, tmp_path, monkeypatch, capsys
 ):
     text = []

@@ -88,7 +88,7 @@ def test_swing_free_ramps_leave_less_than_two_percent_of_the_swing_of_a_step_in_
     assert np.ptp(y[run.t > 95.0]) < 0.02 * 4.0 * 20 / 60 * move_of(scene).periods[0] / (2 * pi)
 
 
-def test_check_reports_the_chosen_swing_free_ramps() -> None:
+def test_the_command_check_reports_the_chosen_swing_free_ramps() -> None:
     message = str(check(load("lift", [LIFT.format("one swing")])))
     trolleys = "the upper trolley of crane, the lower trolley of crane"
     assert f"  sideways: {trolleys}: 0.01847 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in message

@@ -112,7 +112,7 @@ def test_the_tip_of_a_crane_on_a_vessel_moves_by_the_responses_of_the_vessel(hea
         assert V[3:] + np.cross(V[:3], arm) == pytest.approx(rate, abs=1e-7)
 
 
-def test_a_load_above_two_percent_of_the_displacement_is_refused_on_a_vessel_with_given_motions() -> None:
+def test_a_load_above_two_percent_of_the_displacement_is_refused_on_a_vessel_with_prescribed_motion() -> None:
     """300 t on 13 796 t, crane included, would move the vessel otherwise; it is said so."""
     with pytest.raises(SceneError) as error:
         parse(GIVEN + CRANE + BLOCK % "300 t" + "actions: [{wait: 1 s}]\n")

@@ -177,7 +177,7 @@ MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 @pytest.mark.parametrize("w", [0.5, 0.8, RESONANCE])
-def test_given_motions_of_two_hulls_are_those_of_their_coupled_equations(
+def test_prescribed_motions_of_two_hulls_are_those_of_their_coupled_equations(
     tmp_path: Path, pair: Hydrodynamics, w: float
 ) -> None:
     plan = load(placed(tmp_path, pair, text(w))).plan

@@ -141,6 +141,6 @@ def test_hours_whose_waves_are_longer_than_all_periods_of_a_limit_are_counted_in
         ("1 m", "Hs [m],Tz [s],from [deg]", "the columns are"),
     ],
 )
-def test_invalid_limits_by_period_are_reported_in_one_sentence(tmp_path, limit, columns, words):
+def test_invalid_wave_limits_that_depend_on_the_period_are_reported_in_one_sentence(tmp_path, limit, columns, words):
     with pytest.raises(SceneError, match=words):
         written(tmp_path, [(1.0, 7.0, 3)] * 24, limit, columns)
