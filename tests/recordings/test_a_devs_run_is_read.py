@@ -114,7 +114,7 @@ def test_plotting_too_many_ports_or_a_run_without_events_is_reported(tmp_path: P
     assert json.dumps(info_data(tmp_path / "none.mcap"))
 
 
-def test_many_events_at_one_instant_are_drawn_without_a_warning(
+def test_a_plot_of_many_events_at_one_instant_is_drawn_without_a_warning(
     tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     run_models(clocks, until=0.001000001, output=tmp_path / "run.mcap", in_process=True)

@@ -11,7 +11,7 @@ NUMBERS = {"qx", "qy", "qz", "qw"}
 
 
 @pytest.mark.parametrize("kind", JOINTS)
-def test_the_unit_of_a_joint_coordinate_is_metre_radian_or_none(kind: str) -> None:
+def test_the_unit_of_a_joint_coordinate_is_metre_or_radian_or_none(kind: str) -> None:
     for name in JOINTS[kind].coordinates:
         expected = "m" if name in PLACES else "1" if name in NUMBERS else "rad"
         assert unit_of("m or rad", f"crane.boom.{name}") == expected

@@ -57,7 +57,9 @@ def dimensions(drawing: Drawing, view: int, way: str) -> list[float]:
 
 
 @pytest.mark.large(beyond=3)
-def test_heights_and_radii_in_drawings_are_those_of_the_drawn_instant(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+def test_heights_and_radii_written_in_drawings_are_those_at_the_drawn_instant(
+    made: list[tuple[DrawnInstant, Drawing]],
+) -> None:
     for x, drawing in made:
         heights = dimensions(drawing, 1, "v")
         lowest = float(x.of("block")[:, 2].min())
@@ -107,7 +109,7 @@ def test_in_drawings_the_numbers_of_dimension_lines_lie_above_all_lines_on_a_whi
             assert sum(pair == ("rect", "text") for pair in pairwise(marks)) == marks.count("rect") == numbers
 
 
-def test_a_rope_has_one_label_however_it_is_modelled(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+def test_a_rope_has_the_same_label_whatever_its_model_level(made: list[tuple[DrawnInstant, Drawing]]) -> None:
     """A rope with mass consists of pieces, of which the last one holds the hook."""
     for x, drawing in made:
         words = [item.words for item in drawing.views[2].items if isinstance(item, Text)]

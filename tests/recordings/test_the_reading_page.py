@@ -33,7 +33,7 @@ def test_the_code_blocks_on_the_documentation_page_about_reading_recordings_can_
         exec(compile(block, str(PAGE), "exec"), names)
 
 
-def test_reading_a_signal_reads_no_other_data(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reading_one_signal_of_a_recording_reads_no_other_data(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rec = Recording(recorded)
     asked: list[str] = []
     plain = rec.numbers

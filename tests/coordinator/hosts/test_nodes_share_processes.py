@@ -85,7 +85,7 @@ def test_a_wrong_placement_of_nodes_on_processes_is_refused(given: list[str], co
 
 @pytest.mark.parametrize("command", [["run", "lift"], ["devs", "heavylift.nodes.zoo.multi_server_queue:mmc"]])
 @pytest.mark.parametrize("more", [["--processes", "2"], ["--place", "source=a"]])
-def test_the_options_for_one_process_and_for_several_processes_exclude_each_other(
+def test_the_command_options_for_one_process_and_for_several_processes_exclude_each_other(
     command: list[str], more: list[str]
 ) -> None:
     message = CliRunner().invoke(app, [*command, "--in-process", *more])

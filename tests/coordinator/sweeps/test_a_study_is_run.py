@@ -228,7 +228,7 @@ def test_a_missing_optional_package_for_studies_is_reported_in_one_sentence(
     assert not (tmp_path / "study").exists()
 
 
-def test_an_unknown_sampling_design_is_refused(tmp_path: Path) -> None:
+def test_a_study_with_an_unknown_sampling_design_is_refused(tmp_path: Path) -> None:
     with pytest.raises(HeavyliftError, match="--design 'random' is not a known design; choose sobol or lhs"):
         studied(tmp_path / "study", sample=10, design="random")
 

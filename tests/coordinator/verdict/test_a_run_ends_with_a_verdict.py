@@ -149,7 +149,7 @@ class Ends(RunObserver):
 
 
 @pytest.mark.parametrize("error", [KernelError("it broke"), ModelError("stuck"), KeyboardInterrupt(), None])
-def test_a_run_that_ends_with_an_error_has_a_red_verdict_with_all_that_is_known(
+def test_a_run_that_ends_with_an_error_has_a_red_verdict_that_includes_all_checks_made_so_far(
     error: BaseException | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = LIFT.replace("P1: [-8 m, -6 m, 4.3 m]", "P1: [-8 m, -6 m, 5.2 m]").replace("sling: 10 m", "sling: 12 m")

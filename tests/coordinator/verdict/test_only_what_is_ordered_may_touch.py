@@ -79,7 +79,7 @@ def test_a_contact_that_no_order_allows_gives_a_red_check_with_place_and_time(cr
 
 
 @pytest.mark.parametrize("crane", ["goliath-840", "overhead-100"])
-def test_a_run_reports_the_same_contacts_as_check(crane: str) -> None:
+def test_a_run_reports_the_same_forbidden_contacts_as_the_command_check(crane: str) -> None:
     gap = Random(crane).uniform(0.6, 0.9)
     touches = play(scene(crane, shelf(crane, gap)).plan).verdict
     assert touches.red

@@ -48,7 +48,9 @@ def test_buttons_of_the_workbench_pause_and_command_and_continue_and_stop_a_run(
 
 
 @pytest.mark.large
-def test_a_changed_copy_of_a_scene_is_compared_with_the_original(page: Any, hands: Hands) -> None:
+def test_the_workbench_compares_the_run_of_a_changed_scene_with_the_run_of_the_original(
+    page: Any, hands: Hands
+) -> None:
     shorten(hands, "")
     hands.run()
     page.get_by_role("button", name="Duplicate").click()

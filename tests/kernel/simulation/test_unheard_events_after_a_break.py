@@ -73,7 +73,7 @@ def stand(law: str, heard: tuple[str, ...], t_ns: int, granted: int) -> Simulati
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("heard", HEARD, ids=["not subscribed", "subscribed"])
 @pytest.mark.parametrize("t_ns", [BREAK - 1, BREAK, BREAK + 1, EVENT - 1, EVENT, EVENT + 1, EVENT + 5_000_000])
-def test_a_command_takes_effect_at_the_time_it_is_given(law, heard, t_ns):
+def test_a_kernel_command_takes_effect_at_the_time_at_which_it_is_given(law, heard, t_ns):
     s = stand(law, heard, t_ns, t_ns)
     assert (s.epoch, s["t"]) == (t_ns, 0.0)
     row = s.row()

@@ -48,7 +48,7 @@ def started(builder: Coupled) -> Simulator:
     return simulator
 
 
-def test_an_added_model_starts_at_the_next_microstep() -> None:
+def test_a_model_added_during_a_run_starts_at_the_next_microstep() -> None:
     g, b, sink = Generator("g", seconds(1)), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, sink], (g.out, b.into)))
     simulator.run(seconds(5))

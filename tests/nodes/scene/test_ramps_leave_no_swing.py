@@ -183,7 +183,7 @@ def test_the_residual_swing_of_a_speed_profile_is_that_of_a_linear_oscillator(pu
 
 @pytest.mark.parametrize("distance", [-1e-6, 0.3, 4.0, 120.0, -33.3])
 @pytest.mark.parametrize("pulses", [1, 2])
-def test_swing_free_speed_profiles_end_exactly_at_their_goal(pulses: int, distance: float) -> None:
+def test_swing_free_speed_profiles_end_exactly_at_the_target_position(pulses: int, distance: float) -> None:
     rows = profile(pulses, distance, 0.5, 0.1, (15.0, 13.0), 7)
     assert way(rows) == pytest.approx(distance, rel=1e-15)
     assert rows[0] == (7, 0.0)

@@ -53,7 +53,7 @@ def digest() -> str:
     return play(lift().plan).digest
 
 
-def test_another_seed_of_the_sea_gives_another_run(digest: str) -> None:
+def test_a_run_with_another_seed_of_the_sea_differs(digest: str) -> None:
     assert play(lift(2).plan).digest != digest
 
 

@@ -138,7 +138,7 @@ LIFTS = [("floating", [AFLOAT], (0.02, 0.05)), ("moored", [], (1e-3, 1e-3))]
 
 
 @pytest.mark.parametrize(("name", "changes", "limits"), LIFTS)
-def test_errors_of_the_water_levels_in_the_largest_hook_load_are_small_and_grow_with_the_load(
+def test_simplified_water_models_change_the_largest_hook_load_little_and_more_for_heavier_loads(
     name: str, changes: list[str], limits: tuple[float, float]
 ) -> None:
     """180 t of 14 432 t in waves of 1.5 m, and 120 t in an irregular sea of 0.5 m, against memory."""
