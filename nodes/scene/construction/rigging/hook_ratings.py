@@ -69,7 +69,7 @@ class _Rows:
         return {"note": f"give '{offered}'" if offered else message, "source": ""}
 
     def part(self, body: str) -> str:
-        """Return the name of a body with hooks in reports: that of the machine, or of machine and part."""
+        """Return the name by which reports call a body with hooks: that of the machine, or machine and part."""
         name = self.machine.name
         return name if is_root(self.machine, body) else f"{name} {body.rpartition('.')[2]}"
 
