@@ -146,7 +146,7 @@ class _Hook:
 
 
 def reeving(given: HookKeys) -> tuple[int, float, str]:
-    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about both.
+    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about these numbers.
 
     The sentence marks assumed values."""
     ends = drum_ends(given.falls, given.drum_ends)
