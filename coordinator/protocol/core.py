@@ -1,4 +1,4 @@
-"""The coordinator: conservative Parallel DEVS in one round trip per decision. No input or output, no clock.
+"""The coordinator: conservative Parallel DEVS, one round trip per decision, no null messages, no I/O, no clock.
 
 A node is a model, or several that share a process and are known by the name of the first. PROTOCOL.md defines the
 terms and proves correctness; the numbers are those of its steps.

@@ -52,7 +52,7 @@ def test_a_recording_of_a_later_version_is_reported(
     for number, early in enumerate(("0", "9" * 5000, "\u00b2", "")):
         with Recorder(tmp_path / f"{number}.mcap", {"format": early}) as rec:
             rec.log(0, "info", "x", "x")
-        with pytest.raises(RecordingError, match=rf"has format {early[:20]}, this is .*; run the scene again"):
+        with pytest.raises(RecordingError, match=rf"has format {early[:20]}, but this is .*; run the scene again"):
             Recording(tmp_path / f"{number}.mcap")
 
 

@@ -36,7 +36,7 @@ def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
 def build_orders(
     builder: SceneBuilder, path: Path, target: str, phrase: phrases.OrderPhrase
 ) -> tuple[actions.Order, ...]:
-    """Return the orders that a phrase gives to a target during a run; add errors to the source.
+    """Return the orders that a phrase gives to a target during a run; errors are added to the scene.
 
     An order to unhook names all lugs where a sling can hang, because only the commander knows the present lug."""
     resolver = _Resolver(builder)
