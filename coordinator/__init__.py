@@ -5,7 +5,7 @@ Lowest layer first
     participants, hosts     nodes of models or of the kernel; processes on other hosts
     supervision             start, watch, replace, end processes
     live                    runs in progress: observers, an operator's orders
-    verdict, record         the checks of a run; its recording, or its samples and events in memory
+    verdict, record         the checks of a run, distances of shapes; its recording, or its samples and events in memory
     replay, ladder          replay of a recording; measured errors of a run, and the choice of its model level
     run                     one run
     trace, measured         wall time of a run by cause; comparison of a run with the log of a real crane

@@ -37,7 +37,8 @@ class Interrupted(KeyboardInterrupt):
 
 
 class ReaderLeft(BaseException):
-    """Standard output was closed by its reader; not an error of the command."""
+    """Raised after the program that reads standard output, such as `head`, has closed the pipe; not an error of the
+    command."""
 
 
 class Stopping:
@@ -133,8 +134,8 @@ def open_streams() -> None:
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """Context for output pipes whose reader may leave: standard output then raises ReaderLeft, standard error ignores
-    it."""
+    """Context for output pipes whose reader may close them: standard output then raises ReaderLeft; standard error
+    ignores it."""
     out, err = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = out and _Heard(out, True), err and _Heard(err, False)
     try:

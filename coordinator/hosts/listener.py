@@ -160,7 +160,7 @@ class JoinHandshake:
         return ""
 
     def free(self, process: str) -> None:
-        """Free a process name whose process was lost, so that another one may join."""
+        """Make the name of a lost remote process available again, so that another process may join with this name."""
         self._entered.pop(process, None)
 
     def _taken(self, process: str) -> bool:
@@ -204,13 +204,13 @@ class RemoteListener:
 
     @property
     def seen_from_afar(self) -> str:
-        """The endpoint for processes on other hosts: the coordinator's own, with this host's name for "all
-        interfaces"."""
+        """The endpoint to which other hosts connect: that of the coordinator, with this host's name instead of a
+        wildcard address."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 
     def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> JoinHandshake:
-        """Start answering the requests of remote processes to join the run, and return the object that answers."""
+        """Start answering the join requests of remote processes; return the object that answers these requests."""
         return JoinHandshake(hub, session, scene, say)
 
     def listening(self) -> dict[str, object]:

@@ -20,7 +20,7 @@ NO_FINER = "it is modelled as it is written, there is no finer level"
 
 @dataclass(frozen=True)
 class Look:
-    """Measured errors of a run's figures at one model level: in total, due to its time steps, and due to the level.
+    """Measured errors of a run's figures at one model level: total, due to time steps, and due to the model level.
 
     `pairs`: the candidates that were compared; `why`: the reason if it could not run; `missing`: the reasons for errors
     that could not be measured.
@@ -88,7 +88,7 @@ def with_level(look: Look, ladder: Ladder, measuring: Measuring) -> Look:
 
 
 def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
-    """Return the errors of the utilisations of limits, estimated from the runs made so far."""
+    """Return the errors of the utilisations of all limits, estimated by comparing the runs made so far."""
     own = measuring.limits(look.candidate)
     known = [tuple(measuring.limits(x, values=True) for x in pair) for pair in look.pairs]
     apart = {name: [abs(a[name].value - b[name].value) for a, b in known if name in a and name in b] for name in own}
@@ -101,7 +101,8 @@ def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
 
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Return the pairs of model levels to run and compare, since their difference shows the error due to a model level.
+    """Return pairs of model levels to run; the difference between the two runs of a pair shows the error due to a
+    level.
 
     One is the candidate itself, the other its witness: the cheapest level that models every effect which the
     candidate's level omits. If hook ropes go slack or an element has no damping, all such levels are witnesses, since

@@ -51,11 +51,11 @@ class Measuring:
 
     @property
     def seen(self) -> dict[str, AskedFigure]:
-        """All figures that the runs so far have given, by name."""
+        """All figures of the runs made so far, by name."""
         return {name: f for read in self._read.values() for name, f in read.items()}
 
     def prepare(self, candidate: ModelLevel) -> None:
-        """Compile the machine code for a later run in a thread while another run goes on.
+        """Compile in a separate thread the machine code for a later run, while another run goes on.
 
         The native code that runs meanwhile does not hold the interpreter's lock.
         """
@@ -88,8 +88,8 @@ class Measuring:
         return self._read[candidate.key]
 
     def limits(self, candidate: ModelLevel, values: bool = False) -> dict[str, AskedFigure]:
-        """Return, by name, the utilisations and the smallest clearance of an earlier run; empty if this candidate was
-        not run."""
+        """Return, by name, the utilisations and the smallest clearance of an earlier run of this candidate; empty if
+        there was none."""
         judge = self._judges.get(candidate.key)
         return {f.name: f for f in judged(judge, values=values)} if judge else {}
 
@@ -104,7 +104,8 @@ class Measuring:
         return {f.name: f.misread / f.scale for f in self.figures(candidate).values()}
 
     def read_well(self, candidate: ModelLevel, accuracy: float) -> bool:
-        """Return whether the samples of a run are dense enough; if not, discard all runs and raise the sample rate.
+        """Return whether a run's samples are dense enough to read its figures; if not, discard all runs and raise
+        the sample rate.
 
         They are if all reading errors are below a quarter of the accuracy, or if denser samples cannot help.
         """

@@ -53,7 +53,7 @@ class Pace:
         return 0.0
 
     def rest(self, alarm: Alarm, seconds: float) -> None:
-        """Wait for this time [s], or until another thread sets the alarm."""
+        """Wait for a wall time [s], or until another thread calls for attention through `alarm`."""
         alarm.wait(seconds)
 
     def granted(self, first: Tag) -> None:
@@ -94,7 +94,7 @@ class RealTime(Pace):
         return Tag(self._now())
 
     def wait(self, first: Tag) -> float:
-        """Return the wall time [s] until the clock reaches `first`."""
+        """Return the wall time [s] until the clock of the run reaches the logical time `first`."""
         if first == FOREVER:
             return math.inf
         return max(REST_s, -self._lateness(first)) if self._since is None or first.t >= self._now() else 0.0
@@ -160,7 +160,7 @@ class Tempo:
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
-        """Return the logical time up to which grants may be sent now; sets `held` while the run is paused."""
+        """Return the logical time up to which grants may be sent now; also record whether a pause holds grants back."""
         self.held = False
         if self._free:
             return FOREVER

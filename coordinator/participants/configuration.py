@@ -34,7 +34,7 @@ class Wiring(NamedTuple):
 
     @property
     def all(self) -> list[Coupling]:
-        """All couplings, including those from outside and those of ports whose messages go to the coordinator."""
+        """All couplings of a run: between nodes, from operators to nodes, and from nodes to the coordinator."""
         message = (*self.message, *([self.finish] if self.finish else []))
         return [*self.couplings, *self.outside, *(Coupling(*port, "", "") for port in message)]
 

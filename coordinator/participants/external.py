@@ -101,7 +101,7 @@ class External:
 def externals(
     placement: Placement, models: Mapping[str, Model], couplings: Sequence[Coupling], microsteps: int
 ) -> list[External]:
-    """Return the nodes that external programs run, each with its models as built in this process."""
+    """Return the nodes that external programs run, each with the models that this process has built for comparison."""
     return [
         External(node, [models[name] for name in names], couplings, microsteps)
         for process in sorted(placement.external)

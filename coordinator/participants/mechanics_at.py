@@ -77,8 +77,7 @@ def check_steps(scene: LoadedScene) -> None:
 
 
 def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
-    """Return the equilibrium path of a scene up to the end of stage `after`, or its first point if `after` is empty;
-    raises SceneError."""
+    """Return the equilibrium path of a scene up to the end of stage `after`; only its first point if `after` is ""."""
     rehearsal = StaticRun(scene.plan, after)
     if not after:
         rehearsal.path.start()

@@ -21,7 +21,7 @@ from .participant import Participant
 
 
 def main(arguments: list[str]) -> int:
-    """Run a node process from the ticket on its standard input; returns 0 after an ordered end."""
+    """Run a node process from the ticket on its standard input; returns 0 if the run ends without failure."""
     ticket = Ticket.take()
     if KERNEL in ticket.nodes:  # while the others start: NumPy, LLVM
         from . import kernel_node  # noqa: F401

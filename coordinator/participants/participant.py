@@ -60,7 +60,7 @@ class Participant:
         return self._node.cause if self._node is not None else self._cause
 
     def handle(self, data: bytes) -> None:
-        """Handle one message from the coordinator and send the answer."""
+        """Process one message from the coordinator and send the answer."""
         message = m.decode(data)
         if isinstance(message, m.Grant) and self._node is not None:
             answer: m.AnyMessage | None = self._work(self._node, message)

@@ -52,7 +52,8 @@ class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):
 
 
 class ModelPart(msgspec.Struct, frozen=True, tag="model"):
-    """Configuration of a node that runs children of a DEVS model; `finish`: port (child, port) that ends the run."""
+    """Configuration of a node that runs children of a DEVS model; `finish`: port (child, port) whose first message
+    ends the run."""
 
     build: str
     log: bool = False

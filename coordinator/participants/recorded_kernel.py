@@ -122,7 +122,7 @@ class Recalled:
         return self._last
 
     def results(self, end: Tag) -> dict[str, Message]:
-        """Return the results of the kernel."""
+        """Return the results that the kernel reports at the end of a run."""
         return self._kernel.results(end)
 
     def outputs(self) -> list[Event]:
@@ -225,7 +225,8 @@ class _Known:
         return times, rows
 
     def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
-        """Yield the rows before number `end` and time `before_ns`, in batches: number of the first row, times, rows."""
+        """Yield recorded sample rows before row `end` and time `before_ns`, in batches: number of the first row,
+        times, rows."""
         while self.number < end and self._next() and self._times[0] < before_ns:
             first = self.number
             n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])

@@ -35,7 +35,7 @@ class RowSink:
         """Receive sample rows of one lift, which is simulated apart from the other lifts."""
 
     def paused(self, simulation: Simulation | Islands) -> None:
-        """Called now and then during a long calculation; may raise HeavyliftError."""
+        """Called repeatedly during a long calculation; a subclass may raise HeavyliftError to end the calculation."""
 
 
 class LargestRows(RowSink):

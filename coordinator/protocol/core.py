@@ -1,4 +1,4 @@
-"""The coordinator: conservative Parallel DEVS in one round trip per decision. No input or output, no clock.
+"""The coordinator: conservative Parallel DEVS, one round trip per decision, no null messages, no I/O, no clock.
 
 A node is a model, or several that share a process and are known by the name of the first. PROTOCOL.md defines the
 terms and proves correctness; the numbers are those of its steps.
@@ -143,7 +143,8 @@ class Coordinator:
             self._leave()
 
     def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
-        """Commit offers, release events, and return the grants of all nodes that can advance, all below `horizon`."""
+        """Commit offers, release events, and return the grants of all nodes that can advance; no grant exceeds
+        `horizon`."""
         if not self._open:
             return []
         before, self._limit = self._limit, min(self.end, horizon)

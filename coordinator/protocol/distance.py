@@ -54,7 +54,7 @@ def chain(first: Delay, second: Delay) -> Delay:
 
 
 def reaction(lookahead: int) -> Delay:
-    """Return the delay from an input to an output on a port with this lookahead [ns]."""
+    """Return the delay from an input of a node to an output on a port that has this lookahead [ns]."""
     return (lookahead, 0) if lookahead > 0 else (0, 1)
 
 

@@ -180,7 +180,7 @@ class CycleWatch:
             self._into.setdefault(coupling.target, []).append(coupling)
 
     def note(self, event: Event) -> None:
-        """Record a committed event."""
+        """Record a committed event, to recognise a cycle if too many microsteps follow at one time."""
         if 2 * event.k >= self.microsteps:
             self._late.append(event)
             if event.k >= self.microsteps:
@@ -197,8 +197,8 @@ class CycleWatch:
             )
 
     def sentence(self, node: str, tag: Tag) -> str:
-        """Return an error sentence for the zero-delay cycle through `node` at `tag`; "" if no other node is part of
-        it."""
+        """Return an error sentence for the zero-delay cycle through `node` at logical time `tag`; "" if there is no
+        other node in it."""
         distance = self._back(node, tag) if tag.k >= self.microsteps else []
         if not distance:
             return ""

@@ -97,5 +97,5 @@ class EnergyAudit:
 
     @property
     def error(self) -> float:
-        """The largest imbalance divided by the energy turned over: the sum of work, heat and kinetic energy."""
+        """Relative energy error: the largest imbalance divided by the sum of work, heat and kinetic energy."""
         return self.imbalance / self.turned_over if self.turned_over else 0.0

@@ -36,7 +36,7 @@ Judged = tuple[RecordedVerdict, Sequence[Use]]  # a verdict, and the maximum uti
 
 @dataclass(frozen=True)
 class Played:
-    """A finished run of a plan, kept in memory.
+    """A finished run of a plan, whose results are kept in memory.
 
     Samples: layout, times (n,) [ns] and rows (n, width); `apart`: samples of single lifts, by name; `dense`: rows at
     the requested instants. Also the events in total order, rope lines with the time [ns] from which they are valid,
@@ -116,8 +116,7 @@ class Played:
 
     @cached_property
     def judge(self) -> "Judge":
-        """The data from which the verdict of the run is computed; once these exist, the rows of samples may be
-        dropped."""
+        """The data from which the verdict of the run is computed."""
         return Judge(self.plan, self.mechanics, self.past, self.conduct, self.errors)
 
     @cached_property
@@ -161,7 +160,8 @@ class Judge:
 
     @cached_property
     def coarse(self) -> Judged:
-        """The verdict computed from every second sample, for the error due to sampling; it has no tables."""
+        """The verdict computed from every second sample, without tables; its difference shows the error due to
+        sampling."""
         return self._judged(whole=False, every=2)
 
 

@@ -36,7 +36,7 @@ class Budget:
 
     @staticmethod
     def of(start: Mark, greeted: Mark, played: Mark, ended: Mark, kernel: float) -> "Budget":
-        """Return the wall time [s] that each part of a run took, from marks set between the parts."""
+        """Return the wall time [s] that each part of a run took, from clock readings taken between the parts."""
         marks = [start, greeted, played, ended]
         starting, playing, ending = ((b[0] - a[0]) - (b[1] - a[1]) for a, b in pairwise(marks))  # without the recording
         return Budget(starting, kernel, max(0.0, playing - kernel), ended[1], ending)
@@ -131,7 +131,7 @@ class RunRecorder(ClockedWork):
         digest."""
 
     def close(self, facts: Mapping[str, object]) -> None:
-        """Finish the record of a run that ended in order."""
+        """Finish the record of a run that ended without failure."""
 
     def __enter__(self) -> Self:
         return self
@@ -157,7 +157,7 @@ class FileRecorder(RunRecorder):
         self._began_ns = time.perf_counter_ns()
 
     def port(self, model: str, port: str, type_: type[Message]) -> None:
-        """Announce an output port of a node."""
+        """Add a channel to the recording for an output port of a model."""
         self.recorder.add_port(model, port, _schema(type_), f"event/{model}/{port}", type_.units)
 
     @clocked
@@ -188,7 +188,7 @@ class FileRecorder(RunRecorder):
 
     @clocked
     def checkpoint(self, at: Tag, state: bytes) -> None:
-        """Attach the checkpoint to the recording."""
+        """Store a checkpoint of the kernel as an attachment of the recording."""
         self.recorder.checkpoint(at, state)
 
     def failed(self, message: m.Fail) -> None:

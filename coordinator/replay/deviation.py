@@ -51,7 +51,7 @@ class ReplayResult(msgspec.Struct, frozen=True):
 
     @property
     def same(self) -> bool:
-        """Whether no difference was found."""
+        """Whether the repeated run equals the recorded one."""
         return self.deviation is None and not self.others
 
 

@@ -142,7 +142,7 @@ class RecordedRun:
 
     @cached_property
     def events(self) -> list[Event]:
-        """All events in total order."""
+        """All events of the recorded run in total order."""
         assert self.cast  # their message classes are known when the models are built
         return [self._event(e) for e in self.recording.events()]
 
@@ -158,7 +158,7 @@ class RecordedRun:
 
     @property
     def complete(self) -> bool:
-        """Whether the run was complete."""
+        """Whether the recorded run reached its end, so that its recording is complete."""
         return self.recording.result.get("status") == "finished"
 
     @property

@@ -182,7 +182,7 @@ class Conversation:
                 got = self._hear(0.0) if outstanding else None  # one decision for all that have come meanwhile
 
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
-        """End the run in order: send STOP, receive the last samples and the BYE of every node."""
+        """End the run without an error: send STOP, receive the last samples and the BYE of every node."""
         self._close()
         self._take_samples()
         self._recorder.settle(end.t)

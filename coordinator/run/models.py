@@ -181,7 +181,7 @@ class _Lines(RunRecorder):
     recording: Path | None = None
 
     def samples(self, node: str, batch: bytes) -> int:
-        """Record the transitions in a batch from a node; return the simulation time [ns] that the batch reaches."""
+        """Record a node's batch of model transitions; return the simulation time of the last one [ns]."""
         found = read(batch)
         self.lines += found
         return found[-1].tag.t
@@ -192,7 +192,7 @@ class _FileLines(_Lines, FileRecorder):
 
     @property
     def recording(self) -> Path:  # type: ignore[override]
-        """Path of the recording."""
+        """Path of the recording of the run."""
         return self.recorder.path
 
 

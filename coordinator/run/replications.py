@@ -139,7 +139,8 @@ def _results(model: Coupled, end: Tag, stop: str, microsteps: int) -> dict[str, 
 
 
 def numbers(path: str, result: Message | msgspec.Struct) -> Iterator[tuple[str, float]]:
-    """Yield the numbers in a result by "path.field", those of a tuple by "path.field[0]"."""
+    """Yield name and value of each number in a result; names have the form "path.field", or "path.field[0]" for
+    tuples."""
     for field in result.__struct_fields__:
         x = getattr(result, field)
         if isinstance(x, msgspec.Struct):

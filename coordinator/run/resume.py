@@ -98,7 +98,8 @@ class Beginning:
 
 
 def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
-    """Return the recorded scene with its plan as simulated, and the plan that the present version makes of its text.
+    """Return the recorded scene with the plan that was simulated, and the plan that the installed version builds
+    from its text.
 
     The plan is replaced by an error if the text gives none, for example because files are missing.
     """

@@ -192,13 +192,14 @@ class _Run(Relay):
         self._record.layout(layout, systems)
 
     def play(self) -> None:
-        """Run rounds of grants until the end of the scene, or until no model that gives orders has an event left."""
+        """Grant time to the nodes, round by round, until the scene ends or no model that gives orders has an event
+        left."""
         self._outcome = self.talk.play()
         while postponed(self.talk.core, self._plan):
             self._outcome = self.talk.play()
 
     def dismiss(self) -> None:
-        """End the run in order; raises ModelError if a model still waits for a condition."""
+        """End the run after all nodes have finished; raises ModelError if a model still waits for a condition."""
         ended = self._outcome is RunEnd.QUIET and self._plan.end is None
         byes = self.talk.dismiss(Tag(self.talk.now.t + 1) if ended else self.talk.core.end)
         self.kernel_s = byes[KERNEL].busy_s

@@ -83,7 +83,7 @@ class _Again:
         self._watch = _Checking(run)
 
     def outcome(self) -> ReplayResult:
-        """Simulate the recorded run again and return the result of the comparison."""
+        """Simulate the recorded run again and return how the new run compares with the recorded one."""
         watch, count = self._watch, self._watch.follower
         try:
             self._repeat()

@@ -12,7 +12,7 @@ class RunObserver:
     INFO."""
 
     def event(self, event: Event) -> None:
-        """Receive a committed event."""
+        """Receive an event that the coordinator has committed."""
 
     def progress(self, t_ns: int) -> None:
         """Receive the simulation time [ns] up to which all samples have arrived."""

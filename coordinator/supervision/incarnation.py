@@ -57,7 +57,8 @@ class ReplayLog:
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
     def retell(self) -> Iterator[tuple[bytes, bytes]]:
-        """Yield the messages to repeat, from WELCOME on, each with its recorded answer."""
+        """Yield the logged messages to repeat to a replacement process, WELCOME first, each with the recorded
+        answer."""
         if self.welcome is None or self.hello is None:
             return
         yield self.welcome, self.hello
@@ -117,7 +118,7 @@ class Life:
 
     @property
     def reached(self) -> Tag:
-        """The logical time reached with the last answer in the replay."""
+        """The logical time that the node has reached with the last message of its replayed log."""
         done = m.decode(self.heard) if self.heard else None
         return done.reached if isinstance(done, m.GrantDone) else Tag(0)
 

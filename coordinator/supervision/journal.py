@@ -71,7 +71,7 @@ class Journal:
         self._file.close()
 
     def delete(self) -> None:
-        """Delete the journal after an ordered end."""
+        """Delete the journal after the run has ended without failure."""
         self.close()
         self.path.unlink(missing_ok=True)
 
@@ -82,7 +82,7 @@ class Journal:
 
 
 def read(path: Path) -> Iterator[bytes]:
-    """Yield the complete entries of a journal in order; nothing if there is no file."""
+    """Yield the complete entries of a journal in order; no entries if the file does not exist."""
     try:
         with closing(JournalReader(path)) as follower:
             yield from follower
@@ -109,7 +109,7 @@ class JournalReader:
             yield entry
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the journal file."""
         self._stream.close()
 
 
@@ -158,7 +158,7 @@ class TicketFile:
             fresh.unlink(missing_ok=True)
 
     def remove(self) -> None:
-        """Remove the ticket, after which no process can join."""
+        """Delete the ticket file, so that no further process can join the run."""
         if self._ours:
             self.path.unlink(missing_ok=True)
             self._ours = False

@@ -80,7 +80,7 @@ NOTICE_s = 2.0
 
 
 class Crew(Protocol):
-    """Interface to the processes on this machine, for their supervision."""
+    """Interface by which the supervisor examines the node processes on this machine."""
 
     def pid(self, process: str) -> int | None:
         """Return the process id of the process with this name."""

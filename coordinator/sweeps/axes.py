@@ -82,7 +82,7 @@ class Axis:
         return self.numbers[i] if self.numbers else float(i)
 
     def setting(self, text: str) -> list[str]:
-        """Return the `--set` options that give the axis this value."""
+        """Return the `--set` options that set the quantity of this axis to a value."""
         if self.uncertain is not None:
             return settings([self.uncertain], [text])
         if self.motion is not None:

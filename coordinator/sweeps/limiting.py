@@ -60,7 +60,7 @@ class FoundLimit:
 
     @property
     def most(self) -> Row:
-        """Row of results of the run at the last green value."""
+        """Results of the run with the last value of the varied number at which the verdict is green."""
         return {} if self.green is None else self.runs.get(self.green, {})
 
     @property
@@ -82,12 +82,12 @@ class FoundLimit:
 
     @property
     def limit(self) -> str:
-        """The last green value with its uncertainty, as text."""
+        """The last value of the varied number at which the verdict is green, with its uncertainty, as text."""
         return self.shown(self.green, "" if self.half is None else f" +- {self.half:.2g}")
 
     @property
     def used(self) -> str:
-        """The largest utilisation at the limit, with its uncertainty, as text."""
+        """The largest utilisation in the run with the found limit value, with its uncertainty, as text."""
         return f"{self.most['use']:.1%}" + ("" if self.bar is None else f" +- {self.bar:.2%}")
 
     def shown(self, value: float | None, bar: str = "") -> str:

@@ -54,7 +54,7 @@ class SeedsVerdict:
 
     @property
     def state(self) -> str:
-        """The worst state of all checks."""
+        """The most severe state of all checks in all runs."""
         return state_of(self.checks)
 
     @property
@@ -108,7 +108,7 @@ class SeaRuns:
 
 
 def over_seeds(task: Task, settings: Sequence[str], seeds: Sequence[int], pool: Executor) -> list[SeedRun]:
-    """Run a scene with additional settings once for each random seed, and return the results."""
+    """Run a scene with additional settings once for each of several random seeds, and return the results."""
     work = [Variant(i, (*settings, f"seed={seed}"), ()) for i, seed in enumerate(seeds)]
     futures = [pool.submit(seed_run, task, variant) for variant in work]
     return [msgspec.msgpack.decode(x.result(), type=SeedRun) for x in futures]

@@ -36,7 +36,7 @@ class Index:
 
 
 def drawn(design: str, count: int, axes: int, seed: int) -> Floats:
-    """Return at most `count` points of quantiles in (0, 1), shape (count, axes); raises SceneError if `count` is too
+    """Return at most `count` sample points (count, axes), quantiles in (0, 1); raises SceneError if `count` is too
     small."""
     if design not in DESIGNS:
         raise SceneError(f"--design '{design}' is not a known design; choose {' or '.join(DESIGNS)}")
@@ -144,7 +144,7 @@ class Summary:
 
 
 def summary(study: Study) -> Summary:
-    """Summarise all rows of a study so far."""
+    """Return a summary of all rows that the study has so far."""
     plan, rows = study.plan, [study.rows[n] for n in sorted(study.rows)]
     ended = [row for row in rows if row["status"] in ("done", "red")]
     inputs = {axis.label: _column(ended, INPUT + axis.label) for axis in plan.axes}

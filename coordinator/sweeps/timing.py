@@ -54,11 +54,12 @@ class TimingStep:
 
     @property
     def halved(self) -> bool:
-        """Whether a fraction of the change may be tried if the whole change turns the verdict red."""
+        """Whether a fraction of the change may be tried if the whole change makes the verdict red."""
         return self.kind == "overlap" or not self.why
 
     def value(self, part: float) -> float:
-        """Return the speed factor, or the overlap time [s], with the fraction `part` of this change applied."""
+        """Return the speed factor, or the overlap time [s], if only the fraction `part` of this timing change is
+        applied."""
         return self.most if part >= 1.0 else self.now + (self.most - self.now) * part
 
     def text(self, before: str, part: float) -> str:

@@ -82,7 +82,8 @@ class Task:
 
     @classmethod
     def of(cls, scene: LoadedScene, limit_s: float, keep: Keep, judged: bool) -> "Task":
-        """Return the task of a scene; its text includes the scenes that it extends."""
+        """Return the study's task for a scene; the task contains the text of the scene and of all scenes that it
+        extends."""
         name = scene.path.name if scene.path in bundled().values() else str(scene.path)
         if "extends" in read(scene.text, name).data:  # files that a worker elsewhere has not
             own = tuple(ModelLevel(scene.plan).settings) if scene.chosen else ()

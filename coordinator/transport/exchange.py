@@ -180,7 +180,7 @@ class LocalHub(Exchange):
             super().send(node, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """Let nodes work until one sends a message and return (node, message); None if none can and a `timeout` is
+        """Let nodes work until one sends a message; return (node, message), or None if none can and a `timeout` is
         given."""
         while not self._inbox:
             if self._ready:

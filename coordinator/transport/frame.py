@@ -145,7 +145,7 @@ RESERVED = ("coordinator", "event", "sample", "control", OBSERVER, OPERATOR, AFA
 
 
 def key(run: str, *chunks: str) -> str:
-    """Return the key of a topic of a run: `key(run, "in", "yard-a", "west")`."""
+    """Return the Zenoh key on which a topic of a run is exchanged, such as `key(run, "in", "yard-a", "west")`."""
     return "/".join(("heavylift", run, *chunks))
 
 

@@ -154,7 +154,7 @@ class LocalLink(_Sender):
             super().send(payload)
 
     def sample(self, payload: bytes) -> None:
-        """Send a batch of samples to the coordinator, which handles it at once, during the node's step."""
+        """Send a batch of samples to the coordinator, which handles the batch before this call returns."""
         with whole():
             super().sample(payload)
         self._sampled()
@@ -176,7 +176,7 @@ class LocalLink(_Sender):
         return True
 
     def receive(self) -> bytes:
-        """Return the coordinator's next message; raises ProtocolError if there is none."""
+        """Return the coordinator's next message; raises ProtocolError if no message has been sent to this node."""
         if not self._pending:
             raise ProtocolError(
                 f"node {self.node} waits for a message that nobody in this process has sent; send it before receiving"

@@ -23,7 +23,7 @@ GRACE_s = 0.3  # how long a lost connection waits for the reason of its process'
 
 
 class News(NamedTuple):
-    """Report to the receiving thread that a process has joined, or how it was `lost`."""
+    """Report to the thread that receives messages: a process has joined, or how it was `lost`."""
 
     process: str
     epoch: int  # its number among the processes of this name

@@ -38,8 +38,8 @@ class Placement:
 
     @classmethod
     def spread(cls, models: Sequence[str], count: int) -> "Placement":
-        """Return a placement of the models, in order, in `count` processes; of two or more, one runs only the
-        kernel."""
+        """Return a placement of the models in `count` processes, in the given order; one of several processes runs
+        only the kernel."""
         count = min(count, len(models))
         if count == len(models):
             return cls.apart(models)
@@ -51,7 +51,8 @@ class Placement:
 
     @classmethod
     def of(cls, models: Sequence[str], hosts: Mapping[str, str]) -> "Placement":
-        """Return the placement that runs each model in its process in `hosts`, or else in one with the model's name."""
+        """Return the placement that runs each model in its process in `hosts`, or else in a process with the model's
+        name."""
         found: dict[str, tuple[str, ...]] = {}
         for model in models:
             process = hosts.get(model, model)
@@ -65,8 +66,8 @@ class Placement:
 
     @property
     def crowd(self) -> str:
-        """The suggestion that `check` prints for a scene with very many nodes, to let them share processes; "" for
-        fewer nodes."""
+        """Return a sentence that suggests how very many nodes of a scene can share processes; "" for a scene with
+        few nodes."""
         if (count := len(self.processes)) <= MANY:
             return ""
         return f"a run starts {count} processes: `--processes auto` takes as many as pay, `--processes 4` four"
@@ -88,7 +89,7 @@ class Placement:
 
     @cached_property
     def process_of(self) -> dict[str, str]:
-        """For each node, its process."""
+        """Name of the process in which each node runs, by node."""
         return {node: process for process, nodes in self.hosted.items() for node in nodes}
 
     def described(self, process: str, host: str = "") -> str:

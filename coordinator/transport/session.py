@@ -100,7 +100,7 @@ class Ticket(msgspec.Struct, frozen=True):
     wire: int = WIRE
 
     def to_text(self) -> str:
-        """Return the ticket as text, in the form that `take` reads."""
+        """Return the ticket as text, which `Ticket.take` of the new process reads from standard input."""
         return msgspec.json.encode(self).decode()
 
     @classmethod

@@ -60,7 +60,7 @@ class Sensitivities:
     cpu_s: float = 0.0
 
     def bar(self, figure: str) -> float:
-        """Return the half-width of a figure's uncertainty due to all inputs together [SI]."""
+        """Return the half-width of a figure's uncertainty due to the uncertainties of all inputs together [SI]."""
         return hypot(*(effect.moves for effect in self.effects[figure]))
 
     def __str__(self) -> str:
@@ -106,7 +106,8 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """Runs by change of one input, in standard uncertainties; a text states why a run could not start."""
+    """Runs in which one input was changed, by its change in standard uncertainties; a text states why a run could
+    not start."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]
@@ -182,7 +183,7 @@ class _Seen:
         self.more(begun)
 
     def more(self, begun: Moved) -> None:
-        """Wait for runs in which this input is changed, and add the figures of these runs to the results."""
+        """Wait for the runs in which this input was changed, and add their figures to the results."""
         for step, run in begun.runs.items():
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):
@@ -193,7 +194,8 @@ class _Seen:
                 self.values[step] = {figure.name: figure.value for figure in ended.figures}
 
     def switches(self, figure: AskedFigure) -> bool:
-        """Return whether a figure responds nonlinearly to the input, such as by slack ropes or impacts."""
+        """Return whether a figure responds nonlinearly to the input, for example because ropes go slack or bodies
+        collide."""
         if not self.input.sd:
             return False
         down, up = (self.values[step].get(figure.name) for step in STEPS)
@@ -203,7 +205,7 @@ class _Seen:
         return bend > BENT * 0.5 * abs(up - down) and bend > NOISE * abs(figure.scale)
 
     def effect(self, figure: AskedFigure) -> Effect:
-        """Return the change of a figure for the half-width (95 %) of the input."""
+        """Return the change of a figure if the input changes by the half-width of its 95 % interval."""
         if not self.input.sd:
             return Effect(self.input.name, 0.0)
         if not self.switches(figure):

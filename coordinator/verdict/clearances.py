@@ -42,8 +42,8 @@ def clearances(
     mechanics: System | None = None,
     meant: Meant = (),
 ) -> list[Clearance]:
-    """Return the clearances of a run, smallest first: all that are below their limits, and at least the `smallest`
-    first ones.
+    """Return the clearances of a run, smallest first: all that are below their limits, and at least the first
+    `smallest` ones.
 
     `landing`: intervals [s] in which an order to land is carried out; `mechanics`: those of the plan, if known;
     `meant`: allowed contacts with their times.
@@ -128,8 +128,8 @@ def _finding(c: Clearance, more: str) -> Check:
 
 
 def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
-    """Yield consecutive parts of a run, each with its first and last sample to search; samples at equal times are left
-    out.
+    """Yield consecutive parts of a run without repeated samples, each with the indices of the first and last sample
+    to search.
 
     Up to two more samples at either end serve to compute accelerations.
     """
@@ -175,8 +175,7 @@ class _Things:
         self.rigid: list[bool] = []
 
     def pairs(self, shapes: list[Moving], now: frozenset[int]) -> tuple[list[tuple[int, int]], list[int]]:
-        """Return the pairs of shapes to search, as pairs of indices, and for each the number of its pair of named
-        parts.
+        """Return the pairs of shapes to search, as pairs of indices, and the group number of each pair of shapes.
 
         `now`: numbers of the contacts allowed at this time.
         """

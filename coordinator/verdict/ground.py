@@ -89,7 +89,7 @@ class GroundSurvey:
     def look(
         self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
     ) -> Iterator[tuple[GroundClearance, bool]]:
-        """Yield the ground clearances in one part of a run, each with a flag: true if only penetration counts.
+        """Yield the ground clearances in one part of a run; a flag states for each whether only penetration counts.
 
         Each is smaller than `bar` [m] and all earlier ones.
         """

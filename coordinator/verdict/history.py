@@ -47,7 +47,7 @@ class RunHistory(Protocol):
         """Sample times (n,) [s], in order."""
 
     def part(self, first: int, end: int) -> "History":
-        """Return the part of the history from sample `first` to before sample `end`."""
+        """Return the part of the history that begins at sample `first` and ends before sample `end`."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class History:
     straight: bool = field(default=False, kw_only=True)  # between the samples, which are as near as that asks for
 
     def part(self, first: int, end: int) -> "History":
-        """Return the part of the history from sample `first` to before sample `end`."""
+        """Return the part of the history that begins at sample `first` and ends before sample `end`."""
         return self.of(np.arange(first, min(end, len(self.t))))
 
     def of(self, kept: NDArray[np.intp]) -> "History":
@@ -126,7 +126,7 @@ class Collector:
         return np.array(self._times, np.float64) * 1e-9
 
     def part(self, first: int, end: int) -> History:
-        """Return the part of the history from sample `first` to before sample `end`."""
+        """Return the part of the history that begins at sample `first` and ends before sample `end`."""
         if (first, end) not in self._parts:
             while len(self._parts) >= KEPT:
                 del self._parts[next(iter(self._parts))]
@@ -159,7 +159,7 @@ class Every:
         return self.past.t[:: self.every]
 
     def part(self, first: int, end: int) -> History:
-        """Return the part of the history from sample `first` to before sample `end`."""
+        """Return the part of the history that begins at sample `first` and ends before sample `end`."""
         whole = self.past.part(first * self.every, end * self.every)
         return whole.of(np.arange(0, len(whole.t), self.every))
 

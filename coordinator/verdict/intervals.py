@@ -230,7 +230,7 @@ class Steps:
     group: Indices
 
     def sharpen(self, found: Minimum | None) -> None:
-        """Raise the lower bounds of the distances by the separating directions of a distance found before."""
+        """Raise the lower bounds of the distances, by gaps along the separating directions of an earlier minimum."""
         if found is not None and len(self.least):
             raised = bounds_along(self.ends_a, self.ends_b, *found.directions) - self.turning - self.stray
             np.maximum(self.least, raised, out=self.least)
@@ -248,7 +248,7 @@ def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
 
 
 def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
-    """Return the first time step of each interval, for those pairs of shapes that exist at its start."""
+    """Return the first time step of each interval, for the pairs of shapes that exist when the interval begins."""
     now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
     k, after = now.first, np.minimum(now.first + 1, n - 1)
     ends_a, ends_b = ((all_.placed(x, k), all_.placed(x, after)) for x in (now.a, now.b))

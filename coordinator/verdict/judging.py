@@ -129,7 +129,7 @@ def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
 
 
 def at_rest(plan: Plan, statics: Followed, smallest: int = SMALLEST) -> Iterator[CheckContext]:
-    """Yield the clearances of each action list along its equilibrium path."""
+    """Yield the smallest distances between parts in each action list, along its equilibrium path."""
     for past, points in rests(plan, statics.states) if statics.states else ():
         begun = {x.action: x.t for x in reversed(points) if x.action}
         stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
@@ -191,7 +191,7 @@ def verdict_with_uses(
     mechanics: System | None = None,
     whole: bool = False,
 ) -> tuple[RecordedVerdict, Sequence[Use]]:
-    """Return the verdict of a run, and the highest utilisation of each limit.
+    """Return the verdict of a run, and the highest utilisation of each limit during the run.
 
     `smallest`: number of clearances to report even if none is below its limit; `mechanics`: those of the plan, if
     known; `whole`: include all tables of a report.

@@ -52,8 +52,8 @@ class BodyTrack:
 
     @cached_property
     def turn_strays(self) -> tuple[Floats, Floats]:
-        """Upper bounds (n - 1,) of the errors of linearly interpolated quaternions, and of points turned by them,
-        between samples.
+        """Upper bounds (n - 1,) of the errors that arise between samples if the orientation of a shape is
+        interpolated linearly.
 
         Error of the quaternion, and displacement of a point per metre of its distance from the origin.
         """
@@ -63,8 +63,8 @@ class BodyTrack:
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
-        """Upper bounds (n - 1,) of the deviations of origin [m] and orientation from straight motion between samples,
-        from joint speeds.
+        """Upper bounds (n - 1,) of the deviation of the body from straight motion between samples, computed from
+        joint speeds.
 
         Displacement of its origin [m], and of a point per metre of its distance from the origin.
         """
@@ -93,7 +93,8 @@ def _place(p: Floats, R: Floats, x: Vector) -> Floats:
 
 @dataclass(frozen=True)
 class Moving:
-    """A solid or a rope strand in motion over n samples; `there` (n,): whether the shape exists and can be checked."""
+    """A solid or a rope strand in motion over n samples; `there` (n,): at which samples the shape exists and can be
+    checked."""
 
     shape: Solid | Strand
     on: tuple[tuple[BodyTrack, Vector], ...]
@@ -129,18 +130,18 @@ class Moving:
 
     @cached_property
     def radius(self) -> float:
-        """Radius [m] of the rounding around the shape's box or line."""
+        """Radius [m] by which the rounded surface of a shape lies outside its inner box or line."""
         if isinstance(self.shape, Strand):
             return self.shape.radius
         return self.shape.size[0] / 2 if self.shape.form == "ball" else 0.0
 
     @cached_property
     def reach(self) -> float:
-        """Distance of the farthest point from the centre [m], not counting the radius."""
+        """Distance [m] of the farthest point of the inner box or line from its centre, without the rounding radius."""
         return float(lengths(self.half))
 
     def axes_of(self, turn: Floats) -> tuple[Floats, Floats]:
-        """Return rotations R (m, 3, 3) and half edges (m, 3) for orientations `turn` (m, 4 or 3)."""
+        """Return rotations R (m, 3, 3) and half edges (m, 3) of the shape for m orientations, given as in `turn`."""
         if isinstance(self.shape, Strand):
             length = lengths(turn)
             half = np.zeros((len(turn), 3))

@@ -32,7 +32,7 @@ class NearestSoFar:
         self._least = np.zeros(0)
 
     def groups(self, most: Floats) -> None:
-        """Set for each group of shape pairs the largest distance of interest `most` (groups,) [m]."""
+        """Set, for each group of shape pairs, the bound `most` (groups,) [m] above which distances are ignored."""
         self._most, self.free = most, np.flatnonzero(np.isinf(most))
         self.found += [None] * (len(most) - len(self.found))
         self._least = np.append(self._least, np.full(len(most) - len(self._least), np.inf))
@@ -40,12 +40,11 @@ class NearestSoFar:
 
     @property
     def seen(self) -> int:
-        """Number of groups for which a distance was found."""
+        """Number of groups of shape pairs for which a distance was found."""
         return int(np.isfinite(self._least).sum())
 
     def take(self) -> list[Minimum | None]:
-        """Return the smallest distance found for each group since the last call, or None; the search goes on with its
-        bounds."""
+        """Return the smallest distance found for each group since the last call; None for a group without a new one."""
         found, self.found = self.found, [None] * len(self.found)
         return found
 
@@ -68,11 +67,11 @@ class NearestSoFar:
         return max(float(last), self._limit)
 
     def open(self, now: Stretches) -> Stretches:
-        """Return those intervals whose lower bounds allow a distance that is smaller than the known ones."""
+        """Return the intervals in which a distance smaller than the smallest known one is still possible."""
         return now.of(now.least < self.bars()[now.group])
 
     def bar(self, group: int) -> float:
-        """Return the bound [m] below which an interval of this group can still contain a distance of interest."""
+        """Return the distance [m] of this group above which the search can skip an interval."""
         return min(float(self._most[group]), self.message, float(self._least[group]) - SHARP)
 
 

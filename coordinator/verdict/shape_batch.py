@@ -66,7 +66,7 @@ class ShapeBatch:
         return _rows(self._centre, self._of[which] * self._n + k)
 
     def placed(self, which: Indices, k: Indices) -> Placed:
-        """Return the poses of m shapes, each at a sample of its own."""
+        """Return the poses of m shapes, each shape at the sample with its number in `k`."""
         i = self._of[which]
         turn = self._turns(i, k)
         R, half = np.empty((3, 3, len(i))).transpose(2, 0, 1), _rows(self._half, i)

@@ -31,7 +31,7 @@ def version_of(text: str) -> str:
 
 
 def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
-    """Return the text of a scene with a value set at a path, or with that path removed; raises SceneError."""
+    """Return the text of a scene after setting the value at a path, or removing that path; raises SceneError."""
     keys = tuple(path)
     if not keys:
         raise SceneError("an edit must name the key to change")

@@ -33,7 +33,7 @@ KEPT = {
 
 
 def of_checks(state: str, line: str, checks: Iterable[Check], tables: Iterable[str] = ()) -> dict[str, Any]:
-    """Return a verdict as plain data for the list of checks on the page."""
+    """Return a verdict as plain data, from which the workbench page draws its list of checks."""
     listed = [msgspec.to_builtins(check) | {"word": check.word, "load": check.load} for check in checks]
     return {"state": state, "line": line, "checks": listed, "tables": list(tables)}
 

@@ -118,7 +118,8 @@ class YardStudy:
         return Sheet(f"{self.file} beside {other}", stated(b.state, lead), b.state, parts)
 
     def planned(self, out: str, effort: float, force: bool) -> Sheet:
-        """Optimise the schedule with CP-SAT, write it to a file, and compare it with the yard's own dispatch rule."""
+        """Optimise the schedule with CP-SAT, write it to a file, and compare it with the schedule by the yard's
+        dispatch rule."""
         yard = load_yard(self.file, self.settings)
         found = optimised(yard, effort)
         spans = [(a / 1e9, b / 1e9, False) for a, b in found.spans]
@@ -133,7 +134,7 @@ class YardStudy:
         return Sheet(f"Schedule of {self.file}", stated("green", lead), "green", (table,))
 
     def sensitivities(self) -> Sheet:
-        """Compute the days gained with one more unit of each resource, with expected durations, and without weather."""
+        """Compute the days that one more unit of each resource saves, from expected durations and without weather."""
         base = self.of()
         yard, rows = base.yard, list[tuple[Cell, ...]]()
         mean = {one.step: one.takes.mean for one in yard.activities}

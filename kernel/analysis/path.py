@@ -1,9 +1,9 @@
 """The equilibrium path: the rest poses of a scene as its drives, winches and other motions proceed as commanded,
 without dynamics.
 
-The path is continued in the time of the commands, without inertia and speeds; the curvature that the corrector measures
-sets the steps. Events (guards that become negative) are located on the path and switch the laws there. Where no
-equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is reported.
+The path is continued in the time of the commands, not in arc length, without inertia and speeds; the curvature that
+the corrector measures sets the steps. Events (guards that become negative) are located on the path and switch the laws
+there. Where no equilibrium is near any more (a fold, a load let go), the scene falls to the next one: this is reported.
 
     start()           find the first equilibrium; returns the events on the way to it
     run(until_ns)     follow the path to the first subscribed event; returns the events, [] at `until_ns`

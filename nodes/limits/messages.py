@@ -54,7 +54,7 @@ def shown(limit: RatedLimit, value: float | None) -> str:
 
 
 def bound(use: Use) -> float:
-    """Return the limit value that a utilisation refers to; of a lower and an upper limit, the nearer one."""
+    """Return the limit value on which a utilisation is based: of a lower and an upper limit, the nearer one."""
     limit = use.limit
     if limit.between is not None and use.value is not None:
         low, high = limit.between

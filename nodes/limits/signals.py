@@ -65,7 +65,7 @@ class SignalColumns:
         return np.array([not stage, *(name == stage for _, name in self.stages)], dtype=bool)[at]
 
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
-        """Return the lugs to which a sling is hooked, each with a mask (n,) of the samples at which it hangs there."""
+        """Return the lugs to which a sling is hooked, each with a mask (n,) of the samples when it is in use."""
         return self.once(("lugs", sling), lambda: self._lugs(sling))
 
     def _lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:

@@ -51,7 +51,7 @@ class SplashZone:
         return np.asarray(np.interp(depth, x, force))
 
     def along(self, f: Callable[[Column, Column], Column], rest: Column) -> Column:
-        """Return for each sample the largest value (n,) of f(depth, rest) since the sample before.
+        """Return the largest values (n,) that a function of the depth has taken since the previous sample.
 
         It is nan if the block is above still water or does not hang. `rest`: a quantity that changes linearly from
         sample to sample; the curves are constant below their last points."""

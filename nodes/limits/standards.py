@@ -117,8 +117,9 @@ Own: TypeAlias = Mapping[str, tuple[float, str, str]]  # by key: a factor with i
 def strength_limits(
     of: str, name: str, breaking: float, where: str, given: Own, note: str = ""
 ) -> Iterator[RatedLimit]:
-    """Yield the limits of a sling or hoist rope by each standard. `breaking`: breaking force [N]; `given`: factors of
-    the scene that replace those of the standard."""
+    """Yield the strength limits of a sling or hoist rope, one for each standard.
+
+    `breaking`: breaking force [N]; `given`: factors of the scene that replace those of the standard."""
     for row in (row for row in STRENGTHS if row.of == of):
         factor, source, more = given.get(row.own) or (row.factor, row.source, note)
         yield RatedLimit(

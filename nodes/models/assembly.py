@@ -39,12 +39,12 @@ class Ending(Atomic):
         self.lists = lists
 
     def start(self) -> None:
-        """Start the model with no action list finished."""
+        """Start with all action lists unfinished."""
         self.left = self.lists
         self.passivate()
 
     def external(self, e: int, x: Bag) -> None:
-        """Count a finished action list."""
+        """Count the action lists that have finished."""
         self.left -= len(x.get(self.heard, ()))
         if self.left == 0:
             self.hold_in(0)
@@ -134,7 +134,7 @@ class CommanderModel(Coupled):
         return "; ".join(message for each in lists if (message := each.waiting_for()))
 
     def declare(self) -> System:
-        """Return the mechanical system with the virtual master drive that actuators follow when a block turns."""
+        """Return the commander's mechanics: a virtual master drive that actuators follow in a turn of a block."""
         return declared(list(self.children.values()))
 
 
@@ -203,7 +203,7 @@ def driving(plan: Plan) -> tuple[str, ...]:
 
 
 def goes_on(event: Event) -> bool:
-    """Return whether an event shows progress of the action list: it comes from the commander and is no set-point."""
+    """Return whether an event shows progress: a message from the commander other than a set-point."""
     if event.source != COMMANDER:
         return False
     return event.type != m.Order.__name__ or not cast("m.Order", event.value).led

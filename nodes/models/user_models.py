@@ -105,7 +105,7 @@ class SetPointDelay(Atomic):
             self.out.send(self.point)
 
     def internal(self) -> None:
-        """Wait for the next set-point to be delayed."""
+        """Forget the set-point that was sent, and wait for the next one."""
         self.point = None
         self.passivate()
 

@@ -13,7 +13,7 @@ from heavylift.kernel.description.mechanics import Body, Matrix, Vector
 
 
 def block_body(given: Body, flexible: Flexible | None) -> Body:
-    """Return the body `given` with its flexible part, if any; its mass properties are reduced by those of a beam."""
+    """Return a body with its flexible part, if any; the rigid part loses the mass properties of the beam."""
     if flexible is None or flexible.beam is None:
         return replace(given, flexible=flexible)
     beam = flexible.beam

@@ -72,7 +72,7 @@ def beneath(machine: Mechanism, body: str) -> Iterator[Joint]:
 
 
 def is_root(machine: Mechanism, body: str) -> bool:
-    """Return whether no joint of the machine connects this body to a body that carries it."""
+    """Return whether this body is the base of its machine: no joint connects it to a body that carries it."""
     return all(joint.parent == WORLD for joint in machine.system.joints if joint.child == body)
 
 

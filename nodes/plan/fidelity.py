@@ -144,7 +144,7 @@ def percent(error: float) -> str:
 
 
 def planar(fidelity: Fidelity, machines: Sequence[Mechanism]) -> Fidelity:
-    """Return the fidelity with every joint locked that would move bodies out of the plane of motion."""
+    """Return the model level with every joint locked that would move bodies out of the plane of motion."""
     joints = [joint for machine in machines for joint in machine.system.joints]
     locked = {*fidelity.locked}
     if fidelity.motion in NORMAL:

@@ -19,7 +19,7 @@ class BarredActuator(Item, frozen=True, kw_only=True):
 
 
 class Interlock(Item, frozen=True, kw_only=True):
-    """An interlock of a machine: it trips when a guard reaches a value, and resets when all guards are back.
+    """An interlock: trips when a measured quantity reaches a value, resets when all quantities are back in range.
 
     If `rising`, it trips when any of the guards reaches `value` from below, and resets when all guards are below
     `resets`; if not `rising`, above and below are exchanged.

@@ -168,7 +168,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return value / bound if bound else inf * value if value else 0.0
 
     def met(self, value: float | None = None, t: float | None = None) -> "Use":
-        """Return the utilisation of this limit by a value at a time t [s]; None stands for the clearance at rest."""
+        """Return the utilisation of this limit by a value at t [s]; without a value, by the clearance at rest."""
         value = self.rest.value if value is None and self.rest and self.quantity == "clearance" else value
         return Use(self, value, t, use=None if value is None else self.use(value))
 

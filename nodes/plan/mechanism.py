@@ -121,7 +121,7 @@ class Cargo(Item, frozen=True, kw_only=True):
 
 
 class Heavy(Item, frozen=True, kw_only=True):
-    """A rope that has mass at some model levels.
+    """A rope that has mass at the more detailed model levels.
 
     `line` is the mass per length [kg/m] of all falls together. The falls come first among the rope's lines.
 
@@ -153,7 +153,7 @@ class BeamLoad(Item, frozen=True, kw_only=True):
 
 
 class Bend(Item, frozen=True, kw_only=True):
-    """A body that bends at some model levels, as a beam along the x axis of its frame.
+    """A body that bends, at the more detailed model levels, as a beam along the x axis of its frame.
 
     It has its flexible mass [kg], gravity in its frame [m/s2] and forces on it at the start.
 
@@ -177,7 +177,7 @@ class Bend(Item, frozen=True, kw_only=True):
 
 
 class Servo(Item, frozen=True, kw_only=True):
-    """A prescribed drive that is compliant at some model levels, with stiffness [N/m or N m/rad] and damping."""
+    """A prescribed drive that is compliant at the more detailed model levels: stiffness [N/m or N m/rad], damping."""
 
     drive: str
     stiffness: float

@@ -13,7 +13,7 @@ COMMAND = "command"  # what stands in place of the line of a command
 
 
 def place(plan: Plan, at: tuple[int, ...]) -> str:
-    """Return `file:line:column` of the action or order with the numbers `at`, or these numbers in words if unknown."""
+    """Return `file:line:column` of an action or order; if unknown, words such as "order 2 of action 5"."""
     action, order = _split(at)
     if action == ASIDE:
         return COMMAND
@@ -30,7 +30,7 @@ def numbered(at: tuple[int, ...]) -> str:
 
 
 def located(plan: Plan, sentence: str, at: tuple[int, ...]) -> str:
-    """Return a sentence in which the numbers of an order are replaced by its place in the scene."""
+    """Return a sentence in which the numbers of an action and order are replaced by their place in the scene file."""
     return sentence.replace(numbered(at), place(plan, at)) if at and at[0] != ASIDE else sentence
 
 

@@ -34,8 +34,7 @@ LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wro
 
 
 class ActionList(Item, frozen=True, kw_only=True):
-    """One of several action lists: the list starts at the action with number `first` and gives orders to these
-    machines.
+    """One of several action lists of a plan: name, number of its first action, and the machines that get its orders.
 
     The list without machines belongs to the whole scene and begins the other lists. `fidelity` and `start` are those of
     the lift."""

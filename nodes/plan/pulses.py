@@ -86,7 +86,7 @@ def _rounded(rows: list[tuple[float, float]], start: int) -> Speeds:
 
 
 def residual(pulses: int, speed: float, accel: float, chosen: float, period: float, gravity: float) -> float:
-    """Return the swing [rad] left after a ramp for the period `chosen` [s], if the pendulum has `period` [s]."""
+    """Return the swing [rad] that a ramp chosen for one period [s] leaves in a pendulum with another period [s]."""
     w = 2.0 * pi / period
     lasts = ramp(pulses, speed, accel, chosen)[-1][0] - 0.5 * chosen * (pulses == 2)  # one pulse
     left = 2.0 * speed / pulses / lasts / gravity * abs(sin(0.5 * w * lasts))

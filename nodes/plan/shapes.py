@@ -196,7 +196,7 @@ class Shapes:
         return "joined" if self._still(a.body) and self._still(b.body) else "apart"
 
     def overlap(self, a: Solid | Strand, b: Solid | Strand) -> float:
-        """Return the depth [m] to which two shapes may penetrate without a finding, at corners or at slings on lugs."""
+        """Return the depth [m] to which two shapes may overlap without a finding, for example slings at lugs."""
         if isinstance(a, Strand) or isinstance(b, Strand):
             strand, solid = (a, b) if isinstance(a, Strand) else (b, a)
             cargo = self.cargo.get(solid.body) if isinstance(solid, Solid) else None

@@ -38,7 +38,7 @@ class NetworkPart(Atomic):
 
 
 class Waiting:
-    """A queue of entities in the order of service: by priority, if the discipline says so, then by service key."""
+    """A queue of entities, served in the order of arrival, in the reverse order, or by priority."""
 
     def __init__(self, discipline: str = "first in, first out") -> None:
         if discipline not in get_args(Discipline):
@@ -50,19 +50,19 @@ class Waiting:
         return len(self.heap)
 
     def put(self, turn: int, since: int, left: int, entity: Entity) -> None:
-        """Add an entity with the service key `turn` to the queue.
+        """Add an entity to the queue, with `turn` as its sort key in the order of service.
 
         `since`: time [ns] from which the entity has waited; `left`: rest of an interrupted service [ns] (-1: no service
         was interrupted)."""
         heappush(self.heap, (entity.priority if self._by_priority else 0, turn, since, left, entity))
 
     def take(self) -> tuple[int, int, int, Entity]:
-        """Remove the first entity; return service key, start of waiting [ns], remaining service [ns] and entity."""
+        """Remove the first entity; return sort key, start of waiting [ns], remaining service [ns] and entity."""
         return heappop(self.heap)[1:]
 
 
 def turn_of(discipline: str, count: int) -> int:
-    """Return the service key of the `count`-th arrival; entities with smaller keys are served first."""
+    """Return the sort key of the `count`-th arrival in the order of service; smaller keys are served first."""
     return -count if discipline == "last in, first out" else count
 
 
@@ -73,7 +73,7 @@ def capacity_of(name: str, given: int | None) -> int | None:
 
 
 def shares_of(name: str, weights: tuple[float, ...]) -> list[float]:
-    """Return the cumulative probabilities of choices with these weights, without the last, which is 1."""
+    """Return the cumulative probabilities of choices with these weights, except the last, which is always 1."""
     if not weights or not all(isfinite(x) and x >= 0 for x in weights) or not sum(weights):
         raise ModelError(f"{name}: weights {weights}; give numbers >= 0, one of them above zero")
     return [x / sum(weights) for x in accumulate(weights)][:-1]

@@ -38,7 +38,7 @@ class _Forwarding(NetworkPart):
         self.leaving = list[tuple[str, Entity]]()
 
     def output(self) -> None:
-        """Send all entities that the model forwards now."""
+        """Send the entities that this part of the network forwards now."""
         for port, entity in self.leaving:
             self.ports[port].send(entity)  # type: ignore[attr-defined]
 
@@ -76,7 +76,7 @@ class Branch(_Forwarding):
 
 
 class Join(_Forwarding):
-    """Joins the parts of an entity: when all `parts` entities with the same number have arrived, it sends the last."""
+    """Joins the parts of an entity: sends the last part when all `parts` with the same number have arrived."""
 
     into, out = In(Entity), Out(Entity)
 
@@ -85,12 +85,12 @@ class Join(_Forwarding):
         self.parts = parts
 
     def start(self) -> None:
-        """Start the join with no part received."""
+        """Start with no part of any entity received."""
         super().start()
         self.arrived = dict[int, int]()
 
     def external(self, e: int, x: Bag) -> None:
-        """Count the parts with each number that have arrived at the join."""
+        """Count the parts that arrive at the join, separately for each entity number."""
         for entity in x[self.into]:
             count = self.arrived.pop(entity.number, 0) + 1
             if count == self.parts:
@@ -101,7 +101,7 @@ class Join(_Forwarding):
 
 
 class Resource(_Forwarding):
-    """A number of equal units, which entities seize and release.
+    """A resource of equal units, such as cranes or workers, which entities seize and release.
 
     An entity that arrives seizes one unit and leaves through the port `seized`; when the entity arrives at the port
     `release`, the unit is free again."""

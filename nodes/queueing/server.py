@@ -101,7 +101,7 @@ class Server(NetworkPart):
         self.schedule()
 
     def output(self) -> None:
-        """Send an entity that the server has served or lost, or its demand for entities."""
+        """Send an entity that the server has served or lost, or the server's demand for the next entities."""
         _, mark, unit, what = self.due[0]
         if what == "served":
             self.done.send(self.serving[unit][4])  # type: ignore[index]
@@ -156,7 +156,7 @@ class Server(NetworkPart):
         self.serving[unit] = (self.later(end, unit, "served"), end, turn, since, entity)
 
     def interrupt(self, unit: int, now: int) -> None:
-        """Interrupt the service on a unit, and put the entity back into the queue with its former service key."""
+        """Interrupt the service by a unit, and put the entity back to its former place in the order of service."""
         _, end, turn, since, entity = self.serving[unit]  # type: ignore[misc]
         self.interrupted += 1
         self.release(unit)
@@ -178,12 +178,12 @@ class Server(NetworkPart):
         return unit if priority > entity.priority else -1
 
     def release(self, unit: int) -> None:
-        """Make a unit idle at the end of its service."""
+        """Make a unit of the server idle at the end of a service."""
         self.serving[unit] = None
         heappush(self.idle, unit)
 
     def turn(self) -> int:
-        """Return the service key of the next arriving entity."""
+        """Return the sort key of the next arriving entity in the order of service."""
         self.marks += 1
         return turn_of(self.discipline, self.marks)
 

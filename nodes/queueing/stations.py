@@ -69,7 +69,7 @@ class Source(NetworkPart):
         self.out.send(Entity(self.number, self.kind, self.priority, self.ns))
 
     def internal(self) -> None:
-        """Count the sent entity, and draw the next interval."""
+        """Count the entity that the source has sent, and draw the interval until the next one."""
         self.number += 1
         if self.number == self.most:
             self.passivate()

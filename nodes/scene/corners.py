@@ -55,7 +55,7 @@ class Ends:
 
 
 def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
-    """Return both ends of each uncertain input: of its 95 % interval or, for a uniform distribution, its bounds."""
+    """Return both ends of each uncertain input's range: its 95 % interval or, if uniform, its bounds."""
     found = []
     for path, each in stated.items():
         at = quantity_at(scene, path)
@@ -202,7 +202,7 @@ class Corners:
         self._ends = len(nominal.states) and nominal.states[-1].action
 
     def search(self, ends: Sequence[Ends], build: Build) -> None:
-        """Evaluate both ends of each input, then the corners that combine the worse ends of several inputs."""
+        """Evaluate both ends of each input's range, then the corners of several inputs at their unfavourable ends."""
         worse: dict[Key, dict[Path, str]] = {}
         for one in ends:
             found = [(text, self.uses(at := {one.path: text}, partial(build, at))) for text in one.texts]

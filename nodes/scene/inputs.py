@@ -95,7 +95,7 @@ class UncertainInput(Input):
 
     @property
     def spread(self) -> str:
-        """Name and half-width of the uncertainty as text, in per cent of the value or in its unit."""
+        """Name of the input and half-width of its uncertainty, in per cent of the value or in its unit."""
         if self.value and not {"m", "deg", ""} & set(self.units):
             return f"{self.name} {100.0 * self.half / abs(self.value):.2g} %"
         return f"{self.name} {self.half / self.factor:.2g} {self.unit}".strip()
@@ -115,7 +115,7 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
 
 
 def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
-    """Return the uncertain inputs stated in a scene or in `given` (`block.mass +- 3 %`); SceneError if invalid."""
+    """Return the uncertain inputs of a scene, and of texts such as `block.mass +- 3 %`; raises SceneError."""
     source, stated = _source(scene)
     found = {x.path: x for name in scene.scene.lifts for x in _of_lift(scene, name)}
     found |= {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
@@ -152,7 +152,7 @@ def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
 
 
 def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]) -> LoadedScene:
-    """Return the scene with other values of inputs and the same model level and steps; raises SceneError if invalid."""
+    """Return the scene with other input values, but the same model level and time steps; raises SceneError."""
     texts = [f"{x / p.factor!r} {p.unit}" for p, x in zip(changed, values, strict=True)]
     other = parse(scene.merged or scene.text, scene.path.name, settings(changed, texts), followed=False)
     kept = {x: getattr(scene.plan, x) for x in KEPT}

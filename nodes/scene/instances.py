@@ -92,7 +92,7 @@ def source_of(whole: SourceText, name: str, path: Path, at: tuple[float, float])
 def several(
     source: SourceText, scene: Scene, path: Path, built: Callable[[SourceText], LoadedScene]
 ) -> tuple[Plan, Followed, dict[str, LoadedScene]]:
-    """Return the plan of all lifts of a scene, their joined equilibrium paths, and the scene of each lift by itself."""
+    """Return the plan of all lifts of a scene, their equilibrium paths joined in one, and the scene of each lift."""
     for key in sorted(scene.model_fields_set & {*MACHINES}):
         message = "a scene of several lifts has nothing else: what belongs to one of them stands there"
         source.fault((key,), message, on_key=True)

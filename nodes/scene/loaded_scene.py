@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class SceneFacts(msgspec.Struct, frozen=True):
-    """Settings of a scene for its run, such as method and accuracy, which are not part of its plan.
+    """Settings for the run of a scene that are not part of its plan, such as method and accuracy.
 
     `own`: quantities that the scene asks for; `written`: accuracy, if given; `named`: keys that fix how the scene is
     run; `placement`: process of each node; `remote`: processes on other hosts; `tandem`: share of its capacity that
@@ -41,7 +41,7 @@ class SceneFacts(msgspec.Struct, frozen=True):
 
     @property
     def ask(self) -> tuple[Asked, ...]:
-        """The quantities that the scene asks for.
+        """The quantities that the scene lists under `ask`; a model level is chosen for their accuracy.
 
         They are the default quantities if the scene leaves the choice of the model and the method open."""
         return self.own if {*self.named} - {"samples"} else MEANT
@@ -96,12 +96,12 @@ class LoadedScene:
 
     @property
     def question(self) -> Question | None:
-        """The quantities and accuracy that the scene asks for; None if model level and steps are chosen already."""
+        """The quantities under `ask` in the scene and their accuracy; None if the model level is already chosen."""
         return Question(self.facts.ask, self.facts.accuracy) if self.facts.ask and not self.chosen else None
 
     @cached_property
     def uses(self) -> list[Use]:
-        """The highest static utilisation of each limit on the equilibrium path and, in a lift, where moves end."""
+        """The highest static utilisation of each limit on the equilibrium path and at the end positions of moves."""
         if not self.plan.limits or (self.lifts and not self.states):
             return []
         path, starts = self.plan, [x.start or 0.0 for x in self.scene.lifts.values()] if self.apart else [0.0]

@@ -44,7 +44,7 @@ class _InvalidXml(SceneError):
 
 
 def imported(source: SourceText) -> None:
-    """Insert the parts of each machine or mechanism that is read `from` a model file; add errors to the source."""
+    """Insert the parts of each machine or mechanism that is read `from` a model file; errors go to the scene."""
     machines = source.data.get("machines")
     bases: list[Path] = [("machines", name) for name in (machines if isinstance(machines, dict) else ())]
     for base in (*bases, ("mechanism",)):

@@ -1,10 +1,10 @@
 """Fit of a passive and reciprocal state-space model of radiation forces to added mass and damping by frequency.
 
-K(iw) = B(w) + iw (A(w) - A_inf) (Ogilvie, 5th Symposium on Naval Hydrodynamics, 1964) is symmetric, and its real part
-is positive. Such functions are G^T (iw - F)^-1 G with F = [[-D, W], [-W^T, -E]], G = [H; 0] and diagonal D, E >= 0
-(Anderson and Vongpanitlerd, Network Analysis and Synthesis, 1973, chapter 10). The unconstrained least-squares fit over
-the roots of D and E, W and H is therefore always passive and reciprocal. Modes that damping couples are fitted
-together, with as many states as the error requires.
+The memory of Cummins' equation, K(iw) = B(w) + iw (A(w) - A_inf) (Ogilvie, 5th Symposium on Naval Hydrodynamics,
+1964), is symmetric, and its real part is positive. Such functions are G^T (iw - F)^-1 G with F = [[-D, W], [-W^T, -E]],
+G = [H; 0] and diagonal D, E >= 0 (Anderson and Vongpanitlerd, Network Analysis and Synthesis, 1973, chapter 10). The
+unconstrained least-squares fit over the roots of D and E, W and H is therefore always passive and reciprocal. Modes
+that damping couples are fitted together, with as many states as the error requires.
 
 The fit starts from K(s) = 2/pi int B(u) s / (s^2 + u^2) du, of which each frequency is a damped oscillator, projected
 onto the states that respond most at wave frequencies.
@@ -85,13 +85,14 @@ class CoupledModes:
         self.wanted = self.rows(self.K)
 
     def rows(self, K: np.ndarray) -> np.ndarray:
-        """Return damping and added mass in K (..., n, m, m) as one vector, relative to each mode's largest value."""
+        """Return damping and added mass in K (..., n, m, m) as one vector, each mode divided by its largest value."""
         parts = K.real, K.imag / self.w[:, None, None] / self._ratio
         flat = [x[..., self._upper[0], self._upper[1]].reshape(*K.shape[:-3], -1) for x in parts]
         return np.concatenate(flat, axis=-1)
 
     def fitted(self) -> StateSpace:
-        """Return the fitted model with the fewest states whose error is below GOOD, or else with the smallest error."""
+        """Return the smallest state-space model with an error below the constant GOOD, or else the most accurate
+        one."""
         start, found = self._oscillators(), list[tuple[float, StateSpace]]()
         for n in range(max(2, self.m + self.m // 3), max(6, 3 * self.m) + 1, max(1, 2 * self.m // 3)):
             space = self._polished(self._projected(*start, n)).space
@@ -138,7 +139,7 @@ class CoupledModes:
             return np.asarray(self.rows(unpacked(x).space.memory(self.w)) - self.wanted)
 
         def slope(x: np.ndarray) -> np.ndarray:
-            """Return the derivatives of the fit's error with respect to the parameters x, a row for each.
+            """Return the derivatives of the fit's error with respect to the parameters x, one row for each parameter.
 
             They follow from dK = dG^T X + Y^T dG + Y^T dF X with X = (iw - F)^-1 G = [a; b] and, by reciprocity, Y =
             (iw - F)^-T G = [a; -b]."""

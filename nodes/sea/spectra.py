@@ -58,7 +58,7 @@ class SpectralPeak(NamedTuple):
     gamma: float
 
     def density(self, w: float) -> float:
-        """Return the spectral density S(w) [m2 s] of this peak, with a tail of w^-4, not scaled to the sea's energy."""
+        """Return the spectral density S(w) [m2 s] of this peak before scaling to the sea's energy; tail w^-4."""
         ratio = 0.5 * w * self.Tp / pi
         off, fourth = (ratio - 1.0) / WIDTHS[ratio > 1.0], 1.0 / (ratio * ratio * ratio * ratio)
         return fourth * float(exp(-fourth)) * float(power(self.gamma, exp(-0.5 * off * off)))

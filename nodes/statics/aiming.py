@@ -32,8 +32,9 @@ def world(x: StaticState, body: str, p: Vector) -> Vector:
 
 
 def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
-    """Return the state at the start, and the state at the end positions of the moves of each action. These states
-    contain positions only, without suspended bodies."""
+    """Return the state at the start, and the states in which the moves of each action have reached their ends.
+
+    These states contain positions only, without suspended bodies."""
     found = [goal(built, plan.Action(orders=()), x) for x in path.states[:1]]
     if built.lists:
         return [*found, *path.goals]
@@ -99,7 +100,7 @@ DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
 
 
 def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """Return the plan with end positions for the moves that are ordered to end above lugs, and errors.
+    """Return the plan, with end positions for moves that are ordered to end above lugs, and the errors found.
 
     Each error is (place in the scene, sentence), for a move that has no such position."""
     for i, action in enumerate(built.actions):

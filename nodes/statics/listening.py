@@ -22,7 +22,7 @@ class MoveModes:
 
 
 class SignalsOnPath(StaticRun):
-    """Follows the action list statically, and records the times and vibration modes of given moves (action, order)."""
+    """Follows the action list statically, and records times and vibration modes of the given moves."""
 
     def __init__(self, plan: Plan, moves: frozenset[At]) -> None:
         super().__init__(plan)

@@ -43,8 +43,9 @@ class Followed:
 
 
 def follow(built: plan.Plan, keep: bool = True) -> Followed:
-    """Return the equilibrium path of a plan along its action list, at the full model level. If `keep`, use a cached
-    result or store the result in the cache."""
+    """Return the equilibrium path of a plan along its action list; it does not depend on the plan's model level.
+
+    If `keep`, use a cached result or store the result in the cache."""
     whole = at_rest(built)
     return remembered(f"{plan_key(whole)}.path", Followed, lambda: _walked(whole)) if keep else _walked(whole)
 

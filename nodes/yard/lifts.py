@@ -148,7 +148,7 @@ def programs() -> bytes:
 
 
 def all_at_rest(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Return the results of several lifts computed statically along their equilibrium paths, equal ones only once."""
+    """Return the results of lifts, computed statically along equilibrium paths, only once for equal lifts."""
     found = {order: at_rest(order) for order in dict.fromkeys(orders)}
     return [found[order] for order in orders]
 

@@ -64,7 +64,7 @@ class Activity:
 
     @property
     def expected(self) -> int:
-        """Expected duration of the activity and its lift [ns]."""
+        """Expected duration of the activity, including its lift [ns]."""
         return seconds(self.takes.mean + (self.lift.seconds if self.lift else 0.0))
 
 

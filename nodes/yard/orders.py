@@ -78,7 +78,7 @@ def values(text: str) -> tuple[str, ...]:
 
 
 def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
-    """Return the number of runs that a table with these axes needs."""
+    """Return the number of runs for all combinations of the values on these axes."""
     count = 1
     for _, texts in over:
         count *= len(texts)
@@ -88,7 +88,7 @@ def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
 def order_of(
     given: Taking, one: LiftStep, row: TableCell, cells: dict[str, TableCell], units: dict[str, str]
 ) -> LiftOrder:
-    """Return the lift of a block in a step; errors are reported at the row of the block.
+    """Return the lift of a block in a step of the yard; an error refers to the block's row in the table of blocks.
 
     A block with its own scene does not use the table of the step: its lift follows the equilibrium path."""
     at, texts, own = ("blocks", row.text), dict[str, str](), cells.get("scene")

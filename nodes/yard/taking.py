@@ -54,7 +54,8 @@ class Taking:
             self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
 
     def table(self, path: Path, root: FilePath | None = None) -> tuple[list[TableColumn], list[list[TableCell]]]:
-        """Return the column heads and rows of the table file that the value at a path names; empty after an error.
+        """Return the column heads and rows of the table file that a value of the data names; empty after an error.
+
         `root`: its folder (default: that of the yard file)."""
         try:
             found = table(root or self.source.root, str(self.source.at(path)))

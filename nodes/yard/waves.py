@@ -27,17 +27,18 @@ class WaveLimit:
     factor: float = 1.0
 
     def times(self, factor: float) -> "WaveLimit":
-        """Return the limit with this alpha factor."""
+        """Return a copy of this wave limit with another alpha factor."""
         return replace(self, factor=factor)
 
     @property
     def steady(self) -> bool:
-        """Whether the height is the same at all periods."""
+        """Whether the largest allowed wave height is the same for all peak periods."""
         return len({height for _, height in self.heights}) == 1
 
     def at(self, period: float | None) -> float:
-        """Return the largest height [m] at a peak period: the lower one of the two neighbours; -1 beyond all periods.
-        For an unknown period, the lowest of all."""
+        """Return the largest allowed wave height [m] at a peak period; between two listed periods, the lower height.
+
+        Above and below all listed periods, -1 is returned; for an unknown period, the lowest of all heights."""
         after, of = bisect_left(self.heights, (period or 0.0, 0.0)), self.heights
         if period is None:
             return self.factor * min(x for _, x in of)
@@ -82,4 +83,6 @@ def _sector(text: object) -> tuple[float, float]:
     if not found or found.step:
         raise ValueError(f"'{text}' is not a valid sector: write the directions from which waves may come: 330..30 deg")
     first, last = (ANGLE.read(f"{x} {found.unit}") for x in (found.low, found.high))
+    if first == last:
+        raise ValueError(f"'{text}' is a sector without width: write two directions, or 0..360 deg for all")
     return first % tau, (last - first) % tau or tau

@@ -52,7 +52,8 @@ class HourlySeries:
         return not self.series or len(self.begins) > 1
 
     def begin(self, random: Random, drawn: bool) -> float:
-        """Return the state of a series before its first hour; a measured one begins in a random year if `drawn`."""
+        """Return the state of an hourly series before its first hour; if `drawn`, a measured series begins in a random
+        year."""
         if self.series:
             return self.begins[random.randrange(len(self.begins)) if drawn and len(self.begins) > 1 else 0]
         return random.gauss(0.0, 1.0)
@@ -142,7 +143,7 @@ class Weather(Atomic):
         self.change = WindChange(self.at(self.hour), calm, self.next < 0)
 
     def exceeded(self, k: int, change: int) -> int:
-        """Return the first hour, from now on, in which the wind speed or wave height exceeds limit number k.
+        """Return the first hour, from now on, in which the wind speed or wave height exceeds the k-th limit.
 
         The search ends after one year, or at the hour `change` if that is later."""
         n = max(self.above[k], self.hour)
@@ -152,15 +153,15 @@ class Weather(Atomic):
         return n
 
     def place(self, hour: int) -> Any:
-        """Return the number of limits below the wind speed or wave height in an hour."""
+        """Return the number of limits that the wind speed or wave height exceeds in this hour."""
         return bisect_left(self.limits, self.at(hour))
 
     def within(self, hour: int, k: int) -> bool:
-        """Return whether an hour is within limit number k."""
+        """Return whether the wind speed or wave height in this hour is within the k-th limit."""
         return self.at(hour) <= self.limits[k]
 
     def at(self, hour: int) -> float:
-        """Return the wind speed or wave height in an hour."""
+        """Return the wind speed or wave height in the hour with this number, counted from the start."""
         while len(self.known) <= hour:
             day, self.state = self.given.hours(len(self.known) // 24, self.state, self.random)
             self.known += day

@@ -42,7 +42,7 @@ class Generator(Atomic):
         self.job.send(Job(self.number))
 
     def internal(self) -> None:
-        """Count the sent job, and wait for one period."""
+        """Count the job that the generator has sent, and wait for one period."""
         self.number += 1
         self.hold_in(self.period)
 
@@ -64,7 +64,7 @@ class PoissonGenerator(Generator):
         self.internal()
 
     def internal(self) -> None:
-        """Count the sent job, and wait for an exponentially distributed time."""
+        """Count the job that the generator has sent, and wait for an exponentially distributed time."""
         self.number += 1
         self.hold_in(seconds(self.random.expovariate(self.rate)))
 

@@ -91,7 +91,7 @@ def test_luffing_stopped_by_a_load_chart_interlock_keeps_the_hook_height(tmp_pat
     assert z[0] - z[2] == pytest.approx(0.5, abs=0.02)
 
 
-def test_each_instance_of_a_crane_type_holds_its_own_hook_height(tmp_path: Path) -> None:
+def test_each_instance_of_a_crane_type_keeps_its_own_hook_height_during_luffing(tmp_path: Path) -> None:
     """Each winch follows the boom of its own crane; nothing ties the lifts, which stay islands."""
     (tmp_path / "one.yaml").write_text(
         "extends: jib\nname: one\nactions: [{jib: luff 0.3 deg/s by -3 deg, jib main: hold height}]\n"

@@ -37,7 +37,7 @@ actions:
 
 
 @pytest.mark.parametrize("in_process", [True, False], ids=["one process", "processes"])
-def test_a_load_that_falls_into_a_rigid_rope_is_caught_and_hoisted(tmp_path: Path, in_process: bool) -> None:
+def test_a_falling_load_is_caught_by_its_rigid_rope_and_then_hoisted(tmp_path: Path, in_process: bool) -> None:
     recording = play(tmp_path, SCENE, in_process=in_process)
 
     snatch = the_only(happenings(recording, "taut", "fall"))

@@ -34,7 +34,7 @@ def test_load_shares_of_a_block_turned_by_one_crane_follow_its_lever_arms(turned
     assert any(80.0 < angle < 90.0 for angle in seen)
 
 
-def test_a_block_turned_by_one_crane_lies_on_its_other_face_at_the_end(turned: LoadedScene) -> None:
+def test_a_block_turned_over_by_one_crane_lies_on_its_former_top_face_at_the_end(turned: LoadedScene) -> None:
     assert turned.statics.known
     last = turned.statics.states[-1]
     assert last.grounded

@@ -40,7 +40,7 @@ def test_a_load_on_a_rigid_link_has_the_exact_pendulum_period(tmp_path: Path) ->
     assert (falls[SWINGS] - falls[0]) / SWINGS / linear - 1 == pytest.approx(1.9e-3, abs=1e-5)
 
 
-def test_the_commander_model_measures_the_exact_pendulum_period(tmp_path: Path) -> None:
+def test_the_commander_model_measures_the_exact_period_of_a_pendulum(tmp_path: Path) -> None:
     there_and_back = """\
   - {when: position of pivot <= 0 deg, wait: 1 s}
   - {when: position of pivot >= 0 deg, wait: 1 s}

@@ -60,7 +60,9 @@ def test_a_shortened_move_in_the_action_list_shortens_the_run(tmp_path: Path, wh
         assert far[-1] - near[-1] == pytest.approx(1.0, abs=GIVES_WAY)
 
 
-def test_reordered_actions_are_executed_in_their_new_order(tmp_path: Path, whole: Recording) -> None:
+def test_actions_of_a_scene_are_executed_in_the_order_in_which_they_are_listed(
+    tmp_path: Path, whole: Recording
+) -> None:
     head, *actions = LIFT.split("  - stage: ")
     actions[2], actions[3] = actions[3], actions[2]
 

@@ -13,7 +13,7 @@ from disturbances import LEVELS, Case, digests, pairwise
 MODEL = "random_models:build(9) 60"
 
 
-def test_the_determinism_cases_cover_all_pairs_of_execution_conditions() -> None:
+def test_the_test_cases_for_determinism_cover_all_pairs_of_execution_conditions() -> None:
     cases = pairwise(MODEL)
     for a, b in combinations(LEVELS, 2):
         assert {(getattr(c, a), getattr(c, b)) for c in cases} == set(product(LEVELS[a], LEVELS[b]))
@@ -26,7 +26,9 @@ def test_process_placement_message_delays_and_hash_seeds_do_not_change_the_diges
 
 
 @pytest.mark.parametrize("what", ["scene lift end=25s", "scene damper end=6s models.damper.delay=70ms"])
-def test_process_placement_message_delays_and_hash_seeds_do_not_change_the_digest_of_a_scene(what: str) -> None:
+def test_placement_of_processes_and_message_delays_and_hash_seeds_do_not_change_the_digest_of_a_scene(
+    what: str,
+) -> None:
     cases = [
         Case(what),
         Case(what, start=3, delay=3, cut=2),
@@ -45,7 +47,7 @@ def test_process_placement_message_delays_and_hash_seeds_do_not_change_the_diges
     ],
 )
 @pytest.mark.large(beyond=1)
-def test_the_determinism_check_detects_a_model_that_depends_on_an_execution_condition(
+def test_the_determinism_check_detects_a_model_that_depends_on_placement_or_hash_seed(
     kind: str, first: dict[str, int], second: dict[str, int]
 ) -> None:
     what = f"sloppy:group({kind!r}) 200"
@@ -54,7 +56,7 @@ def test_the_determinism_check_detects_a_model_that_depends_on_an_execution_cond
     assert found[one] != found[other]
 
 
-def test_the_determinism_check_accepts_a_deterministic_model() -> None:
+def test_the_determinism_check_accepts_a_model_that_is_deterministic() -> None:
     what = "sloppy:group('careful') 200"
     cases = [Case(what), Case(what, hash_seed=1, processes=2, start=1, delay=1, cut=1)]
     assert len(set(digests(cases).values())) == 1

@@ -103,7 +103,7 @@ def used(tree):
 
 
 @pytest.mark.parametrize("path", sources())
-def test_nodes_use_no_function_whose_exact_result_depends_on_the_library_version(path):
+def test_node_code_calls_no_library_function_whose_exact_bits_depend_on_the_library_version(path):
     allowed = ALLOWED.get(path, {})
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
     found = sorted({(line, name) for line, name in used(tree) if name not in allowed})
@@ -132,7 +132,7 @@ def test_constants_of_flexible_bodies_are_computed_by_products_in_a_fixed_order(
     assert bool(found) == (path in FLEXIBLE), f"{path} {found}: see kernel/algebra/arrays.py"
 
 
-def test_the_search_for_forbidden_functions_finds_every_planted_one():
+def test_the_test_for_forbidden_functions_finds_every_forbidden_function_in_an_example():
     text = "from scipy.linalg import eigh\nimport math\nfrom math import cos\n"
     text += "x = math.hypot(1, 2) + cos(1) + y**0.5 + 2**3\n"
     text += "z = np.linalg.solve(A, b) @ c"

@@ -116,5 +116,5 @@ def test_the_digests_of_all_bundled_scenes_are_stored() -> None:
     assert sorted(stored()) == sorted(bundled())
 
 
-def test_changing_the_meaning_of_a_scene_changes_its_digest() -> None:
+def test_a_change_of_gravity_in_a_scene_changes_its_digest() -> None:
     assert digest(load("pendulum", ["gravity=9.8 m/s2"])) != own("pendulum")

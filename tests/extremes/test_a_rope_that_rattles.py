@@ -72,7 +72,7 @@ def test_a_load_that_bounces_to_rest_is_not_taken_for_rattling():
     assert times(s, "rope", "taut")
 
 
-def test_slow_changes_between_taut_and_slack_are_not_taken_for_rattling():
+def test_a_rope_that_changes_slowly_between_taut_and_slack_is_not_reported_as_rattling():
     """A drum at creep speed, 0.1 mm/s, takes up and gives way: one event each, and the balance closes."""
     stop = Stop("ground", "load-guide", -LENGTH, 100.0, 1e9, 1e7)
     z = LENGTH + MASS * G / 1e9

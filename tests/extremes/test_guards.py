@@ -49,7 +49,7 @@ def test_the_stability_of_a_fixed_step_is_checked_when_another_rope_is_unhooked(
         hand_over(s, SECOND)
 
 
-def test_the_stability_of_a_fixed_step_is_checked_when_a_contact_closes():
+def test_the_stability_of_a_fixed_time_step_is_checked_when_a_contact_closes():
     stop = Stop("ground", "load-guide", -1.0, 100.0, EA / LENGTH, 0.0)
     s = started(replace(slider(), stops=(stop,)), **STEP)
     with pytest.raises(KernelError, match=r"since 'load' on 'ground' swings at 1\.32 Hz"):
@@ -85,7 +85,7 @@ def test_the_stability_of_a_fixed_step_is_checked_when_a_winch_has_shortened_the
         hand_over(s, 70 * SECOND)
 
 
-def test_oscillations_that_a_stable_step_distorts_are_noted():
+def test_an_oscillation_that_a_stable_time_step_distorts_is_reported_as_a_note():
     at_rest = hung(LENGTH * (1.0 + MASS * G / EA))
     s = started(at_rest, method="radau5", step=0.5)
     assert [note.sentence for note in s.notes] == [
@@ -111,7 +111,7 @@ def test_a_fixed_step_too_long_for_an_excited_mode_is_refused(method, step):
     started(hung(LENGTH + 0.1), method=method, step=advised)
 
 
-def test_a_small_oscillation_too_fast_for_a_fixed_step_is_only_noted():
+def test_a_small_oscillation_too_fast_for_a_fixed_step_is_only_reported_as_a_note():
     """The hook between rope and sling trembles; what is asked of the load does not suffer."""
     line = [(Line(Point("world"), Point("hook")),), (Line(Point("hook"), Point("load")),)]
     rest = LENGTH + (MASS + 450.0) * G * LENGTH / EA
@@ -127,7 +127,7 @@ def test_a_small_oscillation_too_fast_for_a_fixed_step_is_only_noted():
     hand_over(s, SECOND)
 
 
-def test_too_many_steps_for_a_simulated_second_end_the_run():
+def test_a_run_that_needs_too_many_steps_for_one_simulated_second_ends_with_an_error():
     """A gram on a stiff spring, by an explicit method to a tight tolerance."""
     scene = replace(slider(mass=1e-3, axis=X, q0=1e-3), springs=(JointSpring("spring", "load-guide", 3e7),))
     with pytest.raises(KernelError) as e:
@@ -136,7 +136,7 @@ def test_too_many_steps_for_a_simulated_second_end_the_run():
     assert "'load' on 'spring' swings at 2.76e+04 Hz; soften that law, or choose method radau5" in str(e.value)
 
 
-def test_endless_events_at_one_instant_end_the_run():
+def test_endless_events_at_one_instant_end_the_run_with_an_error():
     patience = StepBudget(50_000)
     assert not any(patience.crowded(t) for t in range(0, CROWD * 50_000, 50_000))
     assert not patience.crowded(CROWD * 50_000 + 60_000), "a pause, and the count begins anew"
@@ -152,7 +152,7 @@ def bit_by_bit(s: Simulation, start: int, end: int) -> None:
         s.run(t * SECOND // 20)
 
 
-def test_energy_created_by_integration_errors_ends_a_run_of_any_method():
+def test_a_gain_of_energy_by_integration_errors_ends_a_run_with_any_integration_method():
     """A spring that becomes stiffer behind the back of the balance: most of what moves has come out of nothing."""
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
@@ -166,7 +166,7 @@ def test_energy_created_by_integration_errors_ends_a_run_of_any_method():
             bit_by_bit(s, 4, 9)
 
 
-def test_energy_lost_by_integration_errors_ends_a_run_with_error_control():
+def test_a_loss_of_energy_by_integration_errors_ends_a_run_with_error_control():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, sample_ns=SECOND // 20)
@@ -178,7 +178,7 @@ def test_energy_lost_by_integration_errors_ends_a_run_with_error_control():
         bit_by_bit(s, 4, 9)
 
 
-def test_numerical_damping_of_a_motion_by_implicit_steps_is_reported():
+def test_numerical_damping_of_an_oscillation_by_an_implicit_method_is_reported():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(0.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, method="radau5", step=1.0, sample_ns=SECOND)
@@ -227,7 +227,7 @@ def test_a_step_size_that_shrinks_to_nothing_is_reported_with_the_mode_the_body_
     )
 
 
-def test_the_mode_named_in_an_error_about_step_size_is_the_fastest_mode():
+def test_an_error_about_the_step_size_names_the_fastest_mode_of_the_system():
     """Of two bodies on ropes the lighter one, and the rope that holds it."""
     one, other = hung(LENGTH + 0.1), slider("hook", 500.0, q0=-6.1)
     line = Line(Point("world"), Point("hook"))

@@ -168,7 +168,7 @@ def test_a_sling_breaks_at_its_full_load():
 
 @pytest.mark.parametrize("aside", [0.0, 1e-3, -1e-3])
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5"])
-def test_a_sling_carries_nothing_when_the_centre_of_mass_is_below_the_other_lug(method, aside):
+def test_a_sling_carries_nothing_if_the_centre_of_mass_lies_right_below_the_lug_of_the_other_sling(method, aside):
     """Right under a lug, and a millimetre to either side: the second sling carries W a/b, nothing, or hangs slack.
 
     It is longer by what the first one stretches, so that the block hangs level.

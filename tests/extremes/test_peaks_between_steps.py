@@ -68,7 +68,7 @@ def draw(seed: int, low: float, high: float) -> float:
 
 
 @pytest.mark.parametrize("scene", [hung(LENGTH), swung(2)], ids=["guided", "turning"])
-def test_the_search_for_peaks_between_steps_changes_no_other_result(scene):
+def test_the_search_for_peaks_between_integration_steps_changes_no_other_result(scene):
     """Bit for bit, however the time is handed over, and where commands discard the step in which the peak was."""
     whole, parts, calm = (started(scene, method="dop853", sample_ns=SECOND // 20) for _ in range(3))
     calm.X[calm.native.at["top"]] = np.inf  # nothing can be higher
@@ -118,7 +118,7 @@ def highest(started_at: tuple[float, ...], springs: tuple[float, ...], end: floa
     ("started_at", "springs", "end"),
     [((0.9, 0.0), (0.003,), 277), ((0.5, 0.4, 0.0), (0.004, 0.003), 120), ((-0.3, 0.5, 0.1), (0.02, 0.0005), 150)],
 )
-def test_the_late_maximum_of_a_beating_oscillation_is_found_as_peak_tension(
+def test_a_peak_tension_is_found_even_if_it_is_the_late_maximum_of_a_beating_oscillation(
     method, tolerance, started_at, springs, end
 ):
     """Each of hundreds of hills is a little higher than all before, of one rope, of two, and in no simple order."""
@@ -130,7 +130,7 @@ def test_the_late_maximum_of_a_beating_oscillation_is_found_as_peak_tension(
 
 
 @pytest.mark.parametrize(("method", "part"), [("dopri5", 0.1), ("dop853", 0.15), ("radau5", 0.1)])
-def test_the_search_for_peaks_costs_at_most_a_tenth_of_the_evaluations(method, part):
+def test_the_search_for_peaks_between_samples_costs_at_most_a_tenth_of_all_rate_evaluations(method, part):
     """One hill is as high as the other, and each might be a little higher; dop853 has eight steps in a swing."""
     s = started(hung(LENGTH), method=method, tolerance=1e-6, sample_ns=SECOND)
     hand_over(s, 100 * SECOND)
@@ -141,7 +141,7 @@ def test_the_search_for_peaks_costs_at_most_a_tenth_of_the_evaluations(method, p
     assert s["searched"] * inner <= part * steps
 
 
-def test_the_peak_search_gives_the_same_peaks_in_machine_code_in_interpreted_python_and_after_a_snapshot():
+def test_machine_code_and_interpreted_python_and_a_restored_snapshot_find_the_same_peaks_between_samples():
     """A simulation that goes on in the middle of hills finds the same ones."""
     whole, oracle, twin = (
         started(hung(LENGTH), method="dop853", tolerance=1e-6, sample_ns=SECOND, native=n) for n in (True, False, True)

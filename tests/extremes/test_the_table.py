@@ -16,7 +16,7 @@ def test_every_extreme_case_gives_a_right_result_or_a_warning_or_a_refusal(extre
     assert "\n" not in found.refusal
 
 
-def test_the_comparison_of_extreme_cases_detects_a_planted_wrong_answer():
+def test_the_comparison_of_extreme_cases_detects_a_deliberately_wrong_answer():
     """The table would notice: the load of the first extreme, measured against a rope of another stiffness."""
     from cells import INTEGRATORS, Extreme
     from loads_and_swings import stiffness

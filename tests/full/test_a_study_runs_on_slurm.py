@@ -83,7 +83,7 @@ def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         yield folder
 
 
-def test_a_study_on_slurm_has_the_digests_of_a_local_study(slurm: Path, tmp_path: Path) -> None:
+def test_a_study_on_a_slurm_cluster_has_the_digests_of_a_local_study(slurm: Path, tmp_path: Path) -> None:
     submitit = pytest.importorskip("submitit", reason="submitit is not installed: pip install submitit")
     executor = submitit.AutoExecutor(tmp_path / "jobs")
     executor.update_parameters(timeout_min=JOB_min, cpus_per_task=1)

@@ -21,11 +21,13 @@ def alike(cases: list[Case]) -> None:
 
 
 @pytest.mark.parametrize("seed", [9])
-def test_twenty_runs_of_a_random_model_have_one_digest_under_all_execution_conditions(seed: int) -> None:
+def test_twenty_runs_of_a_random_model_have_one_digest_under_all_combinations_of_processes_and_grants(
+    seed: int,
+) -> None:
     alike(full(f"random_models:build({seed}) 60", RUNS))
 
 
-def test_a_lift_has_one_digest_under_all_execution_conditions() -> None:
+def test_a_lift_has_one_digest_under_all_combinations_of_processes_and_grants() -> None:
     alike(full("scene lift end=25s", 2))
 
 

@@ -18,7 +18,7 @@ from small_scenes import SECOND, hand_over, started
 FOLLOWS = 1e-6  # at tolerance 1e-10, as with N = 2
 
 
-def test_a_chain_of_forty_linkages_of_four_bars_follows_the_exact_motion_through_singular_poses():
+def test_a_chain_of_40_linkages_with_four_bars_each_moves_exactly_through_singular_poses():
     data = Path(__file__).parents[1] / "data" / "linkages.json"
     s = started(windows(40), tolerance=1e-10, sample_ns=SECOND)
     foot = s.program.graph.joint("foot0").q.start

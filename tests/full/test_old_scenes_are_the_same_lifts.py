@@ -166,7 +166,9 @@ def former_scenes(folder: Path, *more: str) -> dict[str, tuple[dict[tuple[str, s
     return {name: ({(who, what): value for who, what, value in found}, {*red}) for name, found, red in rows}
 
 
-def test_bundled_scenes_of_former_versions_give_their_former_values_and_findings(tmp_path: Path) -> None:
+def test_bundled_scenes_of_former_versions_give_the_values_and_findings_that_those_versions_gave(
+    tmp_path: Path,
+) -> None:
     """Each value is as it was; what turned red is listed, here and for users."""
     archive_of(FORMER[-1], tmp_path)
     old, new = former_scenes(tmp_path, str(tmp_path)), former_scenes(tmp_path)

@@ -36,7 +36,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[float, Array]:
 
 
 @pytest.mark.parametrize("number", range(len(ACTIONS)))
-def test_removing_any_action_of_the_scene_turnover_changes_the_result(
+def test_removing_any_action_from_the_scene_turnover_changes_its_result(
     tmp_path: Path, whole: tuple[float, Array], number: int
 ) -> None:
     try:

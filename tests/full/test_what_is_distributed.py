@@ -4,7 +4,7 @@ from heavylift.coordinator.trace import distributed
 from heavylift.nodes.scene import load
 
 
-def test_the_digest_depends_on_the_number_of_samples_but_not_on_the_placement_on_processes():
+def test_the_digest_of_a_run_depends_on_the_sample_rate_and_not_on_the_placement_of_its_nodes():
     rows = {row.where: row for row in distributed(load("lift", ["end=5 s"]))}
     here, two, apart = (rows[where] for where in ("one process", "two processes", "a process per node"))
     assert here.digest == two.digest == apart.digest

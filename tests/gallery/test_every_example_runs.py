@@ -72,7 +72,7 @@ def test_the_rope_of_the_example_snatch_tightens_after_a_free_fall(tmp_path: Pat
     assert column(recording, "pose/load", "z")[-1] == pytest.approx(-27.03, abs=0.01)
 
 
-def test_the_girder_of_the_example_girder_sags_as_a_beam_on_two_supports(tmp_path: Path) -> None:
+def test_the_girder_in_the_example_scene_sags_like_a_beam_on_two_supports(tmp_path: Path) -> None:
     recording = played(tmp_path, "girder")
     EI, L = 210e9 * 19.7, 150.0
     sag = 5 * 2500e3 * G * L**3 / (384 * EI) + 450e3 * G * L**3 / (48 * EI)
@@ -85,7 +85,7 @@ def test_the_rope_of_the_example_tackle_loses_tension_at_each_sheave(tmp_path: P
     assert dead / lead == pytest.approx(np.full(len(lead), 0.97**3), rel=1e-6)
 
 
-def test_the_example_linkage_stands_still_while_its_joint_is_locked(tmp_path: Path) -> None:
+def test_the_linkage_in_the_example_scene_does_not_move_while_its_joint_is_locked(tmp_path: Path) -> None:
     recording = played(tmp_path, "linkage")
     (locked,) = [e for e in recording.events(source="kernel") if e.type == "StateEvent" and e.value["what"] == "locked"]
     assert locked.t_ns == 2_500_000_000

@@ -15,14 +15,14 @@ FACE = "coordinator.face"  # what `import heavylift` gives: the package above al
 MOST, AT_THE_TOP = 16, 5  # modules of a folder; of a room, besides its table of contents
 
 
-def test_the_list_of_packages_in_the_project_file_is_complete() -> None:
+def test_the_list_of_packages_in_pyproject_contains_every_package() -> None:
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
     names = [".".join(folder.parts) for folder in FOLDERS]
     assert listed == ["heavylift", *(f"heavylift.{name}" for name in names if name != FACE)]
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=str)
-def test_the_packaging_test_detects_a_folder_missing_in_the_list_of_packages(folder: Path) -> None:
+def test_every_package_folder_has_at_most_sixteen_modules(folder: Path) -> None:
     modules = sorted(p.name for p in (ROOT / folder).glob("*.py"))
     assert len(modules) <= MOST
     if len(folder.parts) == 1:
@@ -30,7 +30,7 @@ def test_the_packaging_test_detects_a_folder_missing_in_the_list_of_packages(fol
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=str)
-def test_the_contents_in_a_package_docstring_name_existing_modules(folder: Path) -> None:
+def test_a_package_docstring_names_every_module_of_the_package(folder: Path) -> None:
     there = [p.stem for p in (ROOT / folder).glob("*.py") if p.stem != "__init__"]
     text = ast.get_docstring(ast.parse((ROOT / folder / "__init__.py").read_text())) or ""
     assert [name for name in sorted(there) if name not in text.replace("`", " ")] == []

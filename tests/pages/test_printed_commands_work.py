@@ -28,7 +28,7 @@ def test_every_fast_command_printed_on_the_pages_succeeds(
 
 
 @pytest.mark.parametrize("pattern", EXCEPTIONS)
-def test_every_listed_exception_of_printed_commands_is_still_needed(pattern: str) -> None:
+def test_every_listed_exception_to_the_test_of_printed_commands_is_still_needed(pattern: str) -> None:
     assert any(re.match(pattern, text.removeprefix("heavylift ")) for text in printed())
 
 

@@ -53,7 +53,7 @@ def test_the_layout_for_other_viewers_uses_the_world_frame_and_the_recorded_topi
     assert attached["configById"]["RosOut!log"]["topicToRender"] in recorded.topics
 
 
-def test_each_curve_of_the_viewer_layout_shows_the_rope_that_its_label_names(
+def test_each_curve_of_the_plot_for_lichtblick_shows_the_rope_that_its_label_names(
     recorded: Recording, attached: dict[str, Any]
 ) -> None:
     paths = attached["configById"]["Plot!tension"]["paths"]
@@ -73,7 +73,9 @@ def test_each_curve_of_the_viewer_layout_shows_the_rope_that_its_label_names(
     assert field == "value.name"
 
 
-def test_the_layout_command_writes_a_file_to_import(recorded: Recording, tmp_path: Path) -> None:
+def test_the_layout_command_writes_the_layout_file_that_lichtblick_can_import(
+    recorded: Recording, tmp_path: Path
+) -> None:
     heavylift = Path(sys.executable).parent / "heavylift"
     out = tmp_path / "here.json"
     done = subprocess.run([heavylift, "layout", recorded.path, "-o", out], capture_output=True, text=True, timeout=60)

@@ -23,7 +23,7 @@ Stage = Callable[[Recorder, int, str], None]
 SECOND = 1_000_000_000
 
 
-def test_a_recording_gets_its_final_name_when_it_is_complete(begin: Begin, tmp_path: Path) -> None:
+def test_a_recording_receives_its_final_name_once_it_is_complete(begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     assert [path.name for path in tmp_path.iterdir()] == ["run.mcap.part"]
     assert rec.close() == tmp_path / "run.mcap"
@@ -31,7 +31,7 @@ def test_a_recording_gets_its_final_name_when_it_is_complete(begin: Begin, tmp_p
     assert rec.close() == tmp_path / "run.mcap"
 
 
-def test_metadata_of_a_recording_are_written_to_disk_at_once(begin: Begin, tmp_path: Path) -> None:
+def test_the_metadata_of_a_recording_are_on_disk_before_the_first_event(begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     with (tmp_path / "run.mcap.part").open("rb") as stream:
         records = iter(StreamReader(stream).records)
@@ -124,7 +124,9 @@ def test_a_long_batch_of_samples_is_written_into_several_chunks_row_by_row(begin
     assert np.array_equal(Recording(path).signal("rope/tension").values[:, 0], np.arange(n))
 
 
-def test_a_run_that_ends_with_an_error_leaves_a_complete_recording(begin: Begin, stage: Stage, tmp_path: Path) -> None:
+def test_a_run_that_ends_with_an_error_leaves_a_recording_that_can_be_read_completely(
+    begin: Begin, stage: Stage, tmp_path: Path
+) -> None:
     def run() -> None:
         with begin() as rec:
             stage(rec, 0, "take up")
@@ -137,7 +139,7 @@ def test_a_run_that_ends_with_an_error_leaves_a_complete_recording(begin: Begin,
     assert [event.value["name"] for event in recording.events()] == ["take up"]
 
 
-def test_recorded_data_are_read_back_unchanged(recorded: Path, rows: NDArray[np.float64]) -> None:
+def test_all_data_of_a_recording_are_read_back_unchanged(recorded: Path, rows: NDArray[np.float64]) -> None:
     rec = Recording(recorded)
     t, tension, names, unit = rec.signal("rope/tension")
     assert list(t) == [0.0, 1.0, 2.0, 2.5, 3.0, 4.0]
@@ -175,7 +177,7 @@ def test_the_recorder_skips_repeated_samples_and_refuses_a_gap_in_their_numbers(
     assert len(Recording(rec.close()).signal("rope/tension").t) == 4
 
 
-def test_kernel_notes_sent_twice_with_samples_are_written_once(begin: Begin, batch: Batch) -> None:
+def test_kernel_notes_that_arrive_twice_with_samples_are_recorded_once(begin: Begin, batch: Batch) -> None:
     """Under their own times, in the digest; a sampler that starts again tells them again."""
 
     def noted(first: int, stop: int, *notes: tuple[int, int, str]) -> bytes:
@@ -197,7 +199,7 @@ def test_kernel_notes_sent_twice_with_samples_are_written_once(begin: Begin, bat
     assert found == [(0.5, "a rope rattles"), (3.0, "a mode is missed")]
 
 
-def test_changed_rope_lines_are_recorded_from_their_stated_time_on(begin: Begin, batch: Batch) -> None:
+def test_changed_lines_of_ropes_are_recorded_from_their_stated_time_on(begin: Begin, batch: Batch) -> None:
     rec = begin()
     line = RopeLine("r", "block", (0, 0, 0), "hook", (0, 0, 0))
     rec.ropes(0, [line])
@@ -210,7 +212,7 @@ def test_changed_rope_lines_are_recorded_from_their_stated_time_on(begin: Begin,
     assert sizes[1] < sizes[2] == sizes[-1]
 
 
-def test_a_protocol_message_is_logged_at_the_time_reached_by_the_recording_and_published_at_its_own_time(
+def test_a_protocol_message_has_the_log_time_that_the_recording_has_reached_and_a_separate_publish_time(
     begin: Begin, stage: Stage
 ) -> None:
     rec = begin()
@@ -235,7 +237,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_a_run_is_recorded(tmp
         assert str(error.value) == sentence
 
 
-def test_a_full_disk_is_reported_in_one_sentence(begin: Begin, tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_by_a_run_in_one_sentence(begin: Begin, tmp_path: Path) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     rec = begin()
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, hard))

@@ -103,13 +103,13 @@ def test_text_from_scenes_is_escaped_in_every_format_of_a_sheet() -> None:
     assert not any(line.startswith("=") for line in table_csv(nasty).splitlines())
 
 
-def test_empty_columns_of_a_sheet_are_omitted() -> None:
+def test_a_sheet_of_results_omits_empty_columns() -> None:
     made = Table("", (Column("a"), Column("b", "t"), Column("c", "t")), (("x", None, 0.0), ("y", None, None)))
     assert [column.name for column in trimmed(made).columns] == ["a", "c"]
     assert trimmed(made).rows == (("x", 0.0), ("y", None))
 
 
-def test_infinite_values_in_a_sheet_are_written_in_words() -> None:
+def test_a_sheet_of_results_states_infinite_values_in_words() -> None:
     column = Column("use", "%", 1)
     shown = [column.text(x) for x in (float("inf"), float("nan"), -0.04, Marked(99.96))]
     assert shown == ["beyond any", "", "0.0", "100.0"]

@@ -29,7 +29,7 @@ FILES, SHARDS = 300, 3
 
 @pytest.mark.parametrize("shard", range(SHARDS))
 @pytest.mark.large(beyond=1)
-def test_a_corrupted_recording_ends_with_a_one_sentence_error(recorded: Path, tmp_path: Path, shard: int) -> None:
+def test_a_corrupted_recording_is_refused_with_a_one_sentence_error(recorded: Path, tmp_path: Path, shard: int) -> None:
     data, rng = recorded.read_bytes(), random.Random(shard)
     path, sentences = tmp_path / "spoiled.mcap", []
     for number in range(FILES // SHARDS):

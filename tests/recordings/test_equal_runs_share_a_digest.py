@@ -44,7 +44,7 @@ def test_the_digest_does_not_depend_on_the_order_in_which_events_and_samples_arr
         assert digest(events, rows) == expected
 
 
-def test_every_field_of_an_event_and_of_a_sample_row_is_part_of_the_digest() -> None:
+def test_the_digest_covers_every_field_of_an_event_and_of_a_sample_row() -> None:
     changed = [
         *(
             [(*EVENTS[0][:i], other, *EVENTS[0][i + 1 :]), *EVENTS[1:]]
@@ -60,14 +60,14 @@ def test_every_field_of_an_event_and_of_a_sample_row_is_part_of_the_digest() -> 
     assert len({digest(EVENTS, ROWS), *others}) == 1 + len(others)
 
 
-def test_the_digest_of_a_run_can_be_read_while_data_are_added() -> None:
+def test_the_digest_of_a_run_can_be_read_before_all_its_data_have_been_added() -> None:
     out = Digest()
     empty = out.hexdigest()
     out.event(*EVENTS[0])
     assert out.hexdigest() == digest(EVENTS[:1], []) != empty
 
 
-def test_protocol_traffic_and_log_are_not_part_of_the_digest(
+def test_protocol_messages_and_log_entries_are_not_part_of_the_digest(
     begin: Callable[[], Recorder],
     batch: Callable[[int, int], bytes],
     stage: Callable[[Recorder, int, str], None],
@@ -81,7 +81,9 @@ def test_protocol_traffic_and_log_are_not_part_of_the_digest(
     assert Recording(recorded).result["digest"] == first
 
 
-def test_the_recording_contains_everything_that_the_digest_covers(recorded: Path, rows: NDArray[np.float64]) -> None:
+def test_the_digest_can_be_computed_again_from_the_data_in_the_recording(
+    recorded: Path, rows: NDArray[np.float64]
+) -> None:
     rec = Recording(recorded)
     out = Digest()
     for e in rec.events():

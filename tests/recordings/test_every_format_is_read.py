@@ -42,7 +42,7 @@ def test_every_reader_reads_each_recording_format(number: int, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("number", READABLE)
-def test_stored_recordings_of_each_format_show_a_block_that_falls_into_its_rope(number: int) -> None:
+def test_stored_recordings_of_each_format_show_a_block_that_falls_into_its_slack_rope(number: int) -> None:
     rec = Recording(golden(number))
     pose, rope = rec["block"].pose, rec.signal("rope/tension")
     t = pose.t[pose.t <= TAUT]
@@ -54,20 +54,20 @@ def test_stored_recordings_of_each_format_show_a_block_that_falls_into_its_rope(
     assert rec.stages() == [(0.0, "fall and bounce")]
 
 
-def test_reading_a_plan_of_an_earlier_version_gives_a_note_that_lists_its_unread_parts() -> None:
+def test_reading_a_plan_of_an_earlier_version_gives_a_note_that_lists_the_parts_not_read() -> None:
     message = "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
     assert f"  plan      {message}" in info(golden(2)).splitlines()
     rec = Recording(golden(2))
     assert ("plan", message) in scene_table(rec, plan_of(rec.attachments))
 
 
-def test_a_recorded_plan_of_the_present_version_is_read_without_a_note() -> None:
+def test_a_plan_recorded_by_the_present_version_is_read_without_a_note() -> None:
     assert not unread(plan_of({"resolved.json": encode(load("lift").plan)}))
     assert not unread({}), "a DEVS model has none"
 
 
 @pytest.mark.parametrize("number", READABLE)
-def test_the_stock_mcap_reader_finds_the_sample_times_that_heavylift_reads(number: int) -> None:
+def test_the_standard_mcap_library_finds_the_sample_times_that_heavylift_reads(number: int) -> None:
     with golden(number).open("rb") as stream:
         text = make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(["/samples"])
         times = [message.log_time * 1e-9 for _, _, message, _ in text]
@@ -83,7 +83,7 @@ def test_an_unsupported_recording_format_is_reported(number: int) -> None:
     assert str(caught.value) == f"{golden(number)}: {message}, or install heavylift 0.1.0, which made it"
 
 
-def test_a_recovered_or_amended_recording_names_the_version_that_computed_it(tmp_path: Path) -> None:
+def test_a_recovered_or_amended_recording_names_the_version_of_heavylift_that_computed_it(tmp_path: Path) -> None:
     """What was cut off or amended is still of the heavylift that computed it."""
     whole = golden(FORMAT).read_bytes()
     made = Recording(golden(FORMAT)).library

@@ -41,7 +41,7 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
         ("", "f", "module 'oldlib' has no attribute 'f'"),
     ],
 )
-def test_an_error_raised_by_a_library_names_the_library(
+def test_an_error_raised_by_a_third_party_library_names_the_library(
     text: str, call: str, told: str, recorded: Path, library: Callable[[str], None]
 ) -> None:
     library(text)
@@ -59,7 +59,7 @@ def test_an_error_raised_by_a_library_names_the_library(
     assert "damaged" not in answer
 
 
-def test_an_installed_extra_that_fails_to_import_is_reported_by_name(library: Callable[[str], None]) -> None:
+def test_an_installed_optional_package_that_fails_to_import_is_reported_by_name(library: Callable[[str], None]) -> None:
     missing = RecordingError("install it")
     library("raise ValueError('numpy.dtype size changed')")
     with pytest.raises(RecordingError, match=r"oldlib is installed but fails \(numpy\.dtype size changed\)"):
@@ -104,7 +104,9 @@ def test_every_command_that_reads_a_damaged_recording_suggests_recover(recorded:
     assert [x.name for x in tmp_path.iterdir() if x.suffix in (".png", ".csv", ".html", ".svg")] == []
 
 
-def test_no_command_suggests_recover_for_content_changed_by_another_program(recorded: Path, tmp_path: Path) -> None:
+def test_no_error_message_suggests_the_command_recover_for_a_recording_that_another_program_has_altered(
+    recorded: Path, tmp_path: Path
+) -> None:
     def spoil(parts: Parts) -> None:
         i = parts.rows()[0]
         parts.messages[i] = parts.messages[i]._replace(data=parts.messages[i].data[:-1])
@@ -120,7 +122,7 @@ def test_no_command_suggests_recover_for_content_changed_by_another_program(reco
 
 @pytest.mark.parametrize("text", NO_NUMBERS)
 @pytest.mark.parametrize("name", ["sim_s", "wall_s", "samples", "peaks", "rated"])
-def test_infinite_values_in_a_recording_end_with_a_one_sentence_error(
+def test_reading_a_recording_with_infinite_values_ends_with_a_one_sentence_error(
     name: str, text: str, recorded: Path, tmp_path: Path
 ) -> None:
     path = altered(recorded, tmp_path / "no.mcap", lambda parts: parts.metadata["result"].update({name: text}))
@@ -143,7 +145,7 @@ def test_infinite_values_in_a_recording_end_with_a_one_sentence_error(
         assert sentences or name == "rated"
 
 
-def test_info_detects_an_altered_digest_or_peak(recorded: Path, tmp_path: Path) -> None:
+def test_the_command_info_detects_an_altered_digest_or_peak_in_a_recording(recorded: Path, tmp_path: Path) -> None:
     def forge(parts: Parts) -> None:
         result = parts.metadata["result"]
         peaks = json.loads(result["peaks"])

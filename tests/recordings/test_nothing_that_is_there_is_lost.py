@@ -126,7 +126,7 @@ def test_an_existing_file_that_heavylift_did_not_write_is_never_overwritten(
 @pytest.mark.parametrize(
     "name", [x if QUICK & {x} else pytest.param(x, marks=pytest.mark.large(beyond=1)) for x in WRITERS]
 )
-def test_an_earlier_output_is_kept_and_the_new_one_gets_the_next_free_name(
+def test_an_earlier_output_file_is_kept_and_the_new_file_gets_the_next_free_name(
     name: str, recorded: Path, tmp_path: Path
 ) -> None:
     write, out = WRITERS[name], tmp_path / "out" / name
@@ -161,7 +161,7 @@ def test_writing_an_output_does_not_follow_a_symbolic_link(ending: str, force: b
     assert all_below(tmp_path) == before
 
 
-def test_the_partial_recording_of_a_killed_run_is_kept_even_if_a_new_run_uses_force(
+def test_the_option_force_of_a_new_run_does_not_delete_the_partial_recording_of_a_killed_run(
     begin: Begin, tmp_path: Path
 ) -> None:
     part, orders = tmp_path / "run.mcap.part", tmp_path / "run.mcap.commands"
@@ -193,7 +193,7 @@ def test_the_option_force_replaces_a_partial_file_that_holds_no_run(size: int, b
     assert [p.name for p in tmp_path.iterdir()] == ["run.mcap"]
 
 
-def test_concurrent_runs_write_separate_files(begin: Begin, tmp_path: Path) -> None:
+def test_concurrent_runs_with_the_same_recording_name_write_separate_files(begin: Begin, tmp_path: Path) -> None:
     recorders = [begin() for _ in range(4)]
     with pytest.raises(OutputError) as error:
         recorded_at(tmp_path / "run.mcap", force=True)
@@ -281,7 +281,7 @@ NOTICED = {
 
 @pytest.mark.parametrize("at", ["the next flush", "the end"])
 @pytest.mark.parametrize("harm", NOTICED, ids=lambda f: f.__name__)
-def test_changes_of_the_recording_by_another_program_during_a_run_are_detected(
+def test_a_change_of_the_recording_file_by_another_program_during_a_run_is_detected(
     harm: Obstacle, at: str, begin: Begin, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if at == "the next flush":

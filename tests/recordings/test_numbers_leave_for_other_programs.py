@@ -36,7 +36,7 @@ def test_only_selected_signals_are_exported(recorded: Path, tmp_path: Path) -> N
     ]
 
 
-def test_an_exported_parquet_file_holds_the_same_numbers(recorded: Path, tmp_path: Path) -> None:
+def test_an_exported_parquet_file_holds_the_same_numbers_as_the_recording(recorded: Path, tmp_path: Path) -> None:
     table = parquet.read_table(export(recorded, tmp_path / "run.parquet", ["rope/tension"]))
     assert table.column_names == ["time [s]", "rope/tension/west.H1 [N]", "rope/tension/west.H2 [N]"]
     tension = Recording(recorded).signal("rope/tension").values

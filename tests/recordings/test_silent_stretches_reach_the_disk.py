@@ -36,7 +36,7 @@ def waiting(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 @pytest.mark.parametrize("in_process", [True, False])
-def test_samples_are_written_without_waiting_for_the_next_event(
+def test_samples_are_written_to_disk_without_waiting_for_the_next_event(
     in_process: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A load that swings, in one grant or in ninety."""
@@ -50,7 +50,7 @@ def test_samples_are_written_without_waiting_for_the_next_event(
         assert max(rows) > ROWS - BATCH
 
 
-def test_samples_during_a_rest_are_written_in_batches_without_delay(
+def test_sample_rows_of_a_lift_at_rest_are_written_in_batches_before_the_run_ends(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A lift to which nobody gives an order: its last 2000 rows are made when the run ends."""
@@ -85,7 +85,7 @@ def test_recorded_data_reach_the_disk_without_a_further_call_of_the_recorder(tmp
         assert recover(part, tmp_path / "saved.mcap").messages == 1
 
 
-def test_an_error_in_the_writing_thread_is_raised_at_the_next_call_of_the_recorder(
+def test_an_error_of_the_thread_that_writes_the_recording_is_raised_at_the_next_recorded_item(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(file: McapFile) -> None:

@@ -27,7 +27,7 @@ def decoded(schema: Any, data: bytes) -> Any:
     return message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name)).FromString(data)
 
 
-def test_all_checksums_of_a_recording_hold_and_every_channel_has_a_schema(recorded: Path) -> None:
+def test_all_checksums_of_a_recording_are_correct_and_every_channel_has_a_schema(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         messages = list(NonSeekingReader(stream, validate_crcs=True).iter_messages())
         stream.seek(0)
@@ -57,7 +57,7 @@ def test_the_log_time_of_recorded_messages_is_the_simulation_time_and_never_decr
     assert all(message.log_time == message.publish_time for _, message in found)
 
 
-def test_a_recording_begins_with_the_facts_of_the_run_and_ends_with_its_result(recorded: Path) -> None:
+def test_a_recording_begins_with_metadata_of_the_run_and_ends_with_its_result(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         records = list(StreamReader(stream, validate_crcs=True).records)
     header, run, scene = records[:3]
@@ -104,7 +104,7 @@ def test_recorded_numbers_are_decoded_with_the_schema_in_the_file(recorded: Path
     assert block.timestamp.seconds == 1
 
 
-def test_events_conform_to_their_json_schema(recorded: Path) -> None:
+def test_recorded_events_conform_to_their_json_schema(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         schema, channel, message = next(make_reader(stream).iter_messages(topics=["/commander/stage"]))
         stream.seek(0)
@@ -128,13 +128,17 @@ def test_events_conform_to_their_json_schema(recorded: Path) -> None:
 
 
 @pytest.mark.parametrize("topic", ["/scene", "/ropes"])
-def test_a_recording_without_shapes_and_ropes_has_no_messages_on_their_topics(recorded: Path, topic: str) -> None:
+def test_a_recording_without_shapes_and_ropes_has_no_messages_on_the_topics_of_shapes_and_ropes(
+    recorded: Path, topic: str
+) -> None:
     with recorded.open("rb") as stream:
         assert list(make_reader(stream).iter_messages(topics=[topic])) == []
 
 
 @pytest.mark.skipif(importlib.util.find_spec("mcap_protobuf") is None, reason="mcap-protobuf-support is not installed")
-def test_the_stock_protobuf_decoder_reads_every_message(recorded: Path, rows: NDArray[np.float64]) -> None:
+def test_the_standard_protobuf_library_decodes_every_recorded_message(
+    recorded: Path, rows: NDArray[np.float64]
+) -> None:
     from mcap_protobuf.decoder import DecoderFactory
 
     with recorded.open("rb") as stream:

@@ -20,7 +20,9 @@ from small_run import SECOND
 PAGE = Path(__file__).parents[2] / "recordings/READING.md"
 
 
-def test_every_code_block_of_the_page_about_reading_runs(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_code_blocks_on_the_documentation_page_about_reading_recordings_can_be_executed(
+    recorded: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(recorded.parent)
     text = PAGE.read_text()
     assert len(text.splitlines()) <= 80
@@ -31,7 +33,7 @@ def test_every_code_block_of_the_page_about_reading_runs(recorded: Path, monkeyp
         exec(compile(block, str(PAGE), "exec"), names)
 
 
-def test_reading_a_signal_reads_no_other_data(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reading_one_signal_of_a_recording_reads_no_other_data(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rec = Recording(recorded)
     asked: list[str] = []
     plain = rec.numbers
@@ -61,7 +63,7 @@ def test_reading_selected_samples_gives_the_recorded_values_without_unpacking_ot
     assert len(unpacked) <= 2 * len(chosen) < len(rec._file.summary.chunk_indexes)
 
 
-def test_parts_of_a_recording_offer_their_signals_as_attributes(recorded: Path) -> None:
+def test_a_part_of_a_recording_offers_its_signals_as_python_attributes(recorded: Path) -> None:
     rec = Recording(recorded)
     block, rope = rec["block"], rec["west.H1"]
     assert isinstance(block, RecordedPart)
@@ -96,7 +98,7 @@ def test_the_error_for_an_unknown_name_in_a_recording_lists_the_known_names(
         Recording(recorded).signal("rope/tension")["west.h1"]
 
 
-def test_a_notebook_shows_recordings_as_tables_and_curves(recorded: Path) -> None:
+def test_a_python_notebook_shows_recordings_as_tables_and_curves(recorded: Path) -> None:
     rec = Recording(recorded)
     page = rec._repr_html_()
     root = ElementTree.fromstring(f"<div>{page}</div>")
@@ -125,7 +127,7 @@ def test_a_recorded_signal_converts_to_a_data_frame(recorded: Path) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_table_of_messages_keeps_the_order_of_the_messages_in_a_chunk(seed: int) -> None:
+def test_a_table_of_recorded_messages_keeps_the_order_that_they_have_in_a_chunk(seed: int) -> None:
     random = np.random.default_rng(seed)
     length = {1: 40, 2: 40, 3: 7}
     order = random.choice([1, 2, 3], 40).tolist() + 30 * random.permutation([1, 2, 3]).tolist() + 25 * [2] + [1, 1, 3]

@@ -36,7 +36,7 @@ TENSION = np.array([[1e5, 2e5], [3e5, 2e5], [4e5, 1e5], [4.5e5, 0.0], [2e5, 0.0]
 STAGES = [(0, "take up"), (1, "hoist"), (3, "lower")]
 
 
-def test_equal_runs_are_compared_as_equal_by_their_digest(write: Write) -> None:
+def test_two_equal_runs_are_recognised_by_their_equal_digests(write: Write) -> None:
     found = compare(write("a.mcap", TENSION, STAGES), write("b.mcap", TENSION, STAGES))
     assert found.equal
     assert str(found).splitlines()[0] == (
@@ -45,7 +45,7 @@ def test_equal_runs_are_compared_as_equal_by_their_digest(write: Write) -> None:
     )
 
 
-def test_comparing_two_runs_reports_the_first_different_event(write: Write) -> None:
+def test_the_comparison_of_two_runs_reports_the_first_event_in_which_they_differ(write: Write) -> None:
     other = [STAGES[0], (1, "wait"), STAGES[2]]
     found = compare(write("a.mcap", TENSION, STAGES), write("b.mcap", TENSION, other))
     assert not found.equal
@@ -67,7 +67,7 @@ def test_comparing_two_runs_reports_the_largest_difference_and_rms_of_each_signa
     assert second.most == 0.0
 
 
-def test_comparing_two_runs_lists_differences_of_rounding_size_last(write: Write) -> None:
+def test_comparing_two_runs_lists_differences_as_small_as_rounding_last(write: Write) -> None:
     one, other = TENSION.copy(), TENSION.copy()
     one[:, 1], other[:, 1] = 1e-9, 2e-9
     other[2, 0] += 4.5e3
@@ -76,7 +76,7 @@ def test_comparing_two_runs_lists_differences_of_rounding_size_last(write: Write
     assert " 1 %" in next(line for line in lines if "west.H1" in line)
 
 
-def test_signals_with_different_sample_times_are_compared_by_linear_interpolation(write: Write) -> None:
+def test_signals_with_different_sample_times_are_compared_after_linear_interpolation(write: Write) -> None:
     fewer = np.array([[0.0, 0.0], [10.0, 0.0]])
     found = compare(write("a.mcap", fewer, []), write("b.mcap", TENSION, []))
     assert found.first == "rope/tension at 0.000000000 s"

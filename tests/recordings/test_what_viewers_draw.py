@@ -78,7 +78,7 @@ def test_any_signal_name_becomes_a_valid_message_field() -> None:
     samples_descriptor([field.field for field in fields])
 
 
-def test_a_drawn_rope_runs_between_its_points_on_two_bodies() -> None:
+def test_a_rope_is_drawn_between_its_attachment_points_on_two_bodies() -> None:
     poses = np.random.default_rng(5).normal(size=(2, 7))
     poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1)[:, None]
     ropes = Ropes(

@@ -16,7 +16,7 @@ import attacks
 
 
 @pytest.mark.parametrize("attack", [attacks.cells, attacks.workbooks, attacks.viewers, attacks.pickles])
-def test_attacks_by_unauthenticated_clients_fail(attack, tmp_path: Path) -> None:
+def test_clients_without_a_password_cannot_attack_a_run(attack, tmp_path: Path) -> None:
     tries = list(attack(tmp_path, True))
     assert len(tries) >= 8
     assert [what for what, promised in tries if not promised] == []
@@ -24,11 +24,11 @@ def test_attacks_by_unauthenticated_clients_fail(attack, tmp_path: Path) -> None
 
 @pytest.mark.large
 @pytest.mark.parametrize("attack", [attacks.terminal, attacks.workers])
-def test_attacks_on_whole_commands_by_data_from_others_fail(attack, tmp_path: Path) -> None:
+def test_no_command_lets_untrusted_input_files_or_clients_break_its_security_promises(attack, tmp_path: Path) -> None:
     assert [what for what, promised in attack(tmp_path, False) if not promised] == []
 
 
-def test_each_command_has_an_attack_test() -> None:
+def test_each_command_with_untrusted_input_has_a_test_that_attacks_it() -> None:
     assert set(attacks.LINES) <= set(attacks.commands())
 
 

@@ -49,7 +49,7 @@ def broken(folder: Path) -> Any:
 
 
 @pytest.mark.large
-def test_the_fuzz_test_detects_a_crash_of_native_code(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_fuzz_test_detects_an_input_that_crashes_native_code(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(KINDS, "broken", broken)
     monkeypatch.setattr(fuzz_module, "HARD_s", 3.0)
     result = guarded("broken", seed=1, cpu_s=0.1)

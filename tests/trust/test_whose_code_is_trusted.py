@@ -30,7 +30,7 @@ def test_everything_inside_a_trusted_folder_is_trusted(own: Path, monkeypatch: p
         assert trust.refusal(where) == ""
 
 
-def test_links_out_of_a_trusted_folder_are_not_trusted(own: Path, tmp_path: Path) -> None:
+def test_a_symbolic_link_that_leads_out_of_a_trusted_folder_is_not_trusted(own: Path, tmp_path: Path) -> None:
     (tmp_path / "foreign").mkdir()
     (tmp_path / "foreign" / "theirs.py").write_text("")
     (own / "link.py").symlink_to(tmp_path / "foreign" / "theirs.py")
@@ -51,7 +51,7 @@ def test_a_link_in_place_of_a_trusted_folder_is_not_trusted(own: Path, tmp_path:
 
 
 @pytest.mark.parametrize("part", [".", "mine.py"])
-def test_files_writable_by_others_are_not_trusted(own: Path, part: str) -> None:
+def test_python_files_that_other_users_can_write_are_not_trusted(own: Path, part: str) -> None:
     (own / part).chmod(0o777)
     assert trust.refusal("own/mine.py").endswith(f"take that from them: chmod go-w {own / part}")
     assert trust.refusal("own/package/__init__.py" if part == "mine.py" else "own/package/inner/laws.py") == (
@@ -103,7 +103,7 @@ def test_trust_of_a_module_depends_on_the_file_that_would_be_imported(own: Path,
 
 
 @pytest.mark.parametrize("where", ["heavylift", "heavylift.nodes.zoo", "heavylift.nodes.zoo.none", "heavylift.nodes"])
-def test_heavylift_code_is_trusted_wherever_it_is_installed(where: str) -> None:
+def test_code_of_heavylift_itself_is_trusted_wherever_it_is_installed(where: str) -> None:
     assert trust.refusal(where) == ""
 
 
@@ -124,5 +124,5 @@ def test_functions_of_the_python_library_are_refused_as_force_laws() -> None:
 
 
 @pytest.mark.parametrize("where", ["no\0name", "..", ".", "a..b", "x" * 5000, "x" * 5000 + ".py", "no.such.module"])
-def test_a_code_reference_without_a_module_contains_no_code(where: str) -> None:
+def test_a_malformed_module_name_in_a_reference_to_code_raises_no_exception(where: str) -> None:
     assert trust.refusal(where) in ("", f"{where!r} names no module")

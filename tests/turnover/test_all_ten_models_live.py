@@ -52,13 +52,17 @@ def sent(reading: Reading) -> dict[str, Counter[str]]:
     return found
 
 
-def test_the_scene_turnover_has_ten_models_and_the_kernel(reading: Reading, sent: dict[str, Counter[str]]) -> None:
+def test_the_scene_turnover_consists_of_ten_models_and_the_kernel(
+    reading: Reading, sent: dict[str, Counter[str]]
+) -> None:
     assert set(sent) == {*SENT, "kernel"}
     assert len(SENT) == 10
 
 
 @pytest.mark.parametrize("model", SENT)
-def test_each_model_of_the_scene_turnover_sends_events(sent: dict[str, Counter[str]], model: str) -> None:
+def test_each_model_of_the_scene_turnover_sends_events_during_the_run(
+    sent: dict[str, Counter[str]], model: str
+) -> None:
     assert set(sent[model]) >= SENT[model]
 
 
@@ -83,7 +87,7 @@ def test_the_block_reports_its_attitude_every_thirty_degrees(reading: Reading) -
     assert list(dict.fromkeys(message))[:5] == [30.0, 60.0, 90.0, 120.0, 150.0]
 
 
-def test_the_hinge_is_locked_while_no_sling_is_hooked(reading: Reading) -> None:
+def test_the_hinge_of_a_lifting_beam_is_locked_while_no_sling_is_hooked(reading: Reading) -> None:
     for loader in ("loader-3", "loader-6"):
         states = [(e["t_ns"], e["value"]["engaged"]) for e in reading.said(loader, "report", "BrakeState")]
         unhooked = {e["t_ns"] for e in reading.said(loader, "report", "Unhooked")}

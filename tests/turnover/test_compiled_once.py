@@ -8,7 +8,7 @@ from heavylift.nodes.scene import load
 from the_run import Lift
 
 
-def test_the_scene_turnover_and_its_statics_compile_code_once(lift: Lift) -> None:
+def test_statics_and_run_of_the_scene_turnover_share_one_compiled_code(lift: Lift) -> None:
     assert sorted(path.suffix for path in lift.code.iterdir()) == [".o", ".o", ".path", ".scene"]
 
 

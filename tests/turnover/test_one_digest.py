@@ -77,7 +77,7 @@ def test_the_digest_of_the_scene_turnover_does_not_depend_on_hash_seeds(
     assert digest.strip('"') == truth
 
 
-def test_another_scene_has_another_digest_than_the_scene_turnover(truth: str, tmp_path: Path) -> None:
+def test_another_scene_has_a_digest_that_differs_from_that_of_the_scene_turnover(truth: str, tmp_path: Path) -> None:
     other = runner.run(load("lift", ["rig.slack=51 mm"]), tmp_path / "lift.mcap", in_process=True)
     assert other.digest != truth
 

@@ -72,7 +72,7 @@ def test_the_slings_of_crane_b_are_taut_at_their_new_lugs_before_the_turn_contin
     assert {state for name, state in _sling_states(reading, begin) if name in B} == {"taut"}
 
 
-def test_the_former_top_face_of_the_block_is_down_at_the_end_of_the_scene_turnover(
+def test_the_block_has_turned_upside_down_at_the_end_of_the_scene_turnover(
     mechanics: Mechanics, stages: dict[str, Stage]
 ) -> None:
     up = mechanics.bodies["block"].R[:, 2, 2]  # of the block's axis w in the world
@@ -89,7 +89,7 @@ def test_the_supports_carry_the_whole_weight_at_the_end_of_the_scene_turnover(
     assert np.max(np.abs(last[:, upper].sum(axis=1) / weight - 1.0)) < WEIGHT
 
 
-def test_all_slings_are_slack_at_the_end_of_the_scene_turnover(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_at_the_end_of_the_scene_turnover_all_slings_are_slack(reading: Reading, stages: dict[str, Stage]) -> None:
     end = reading.events[-1]["t_ns"]
     assert {state for _, state in _sling_states(reading, end)} == {"slack"}
     for sling in A | B:

@@ -110,7 +110,7 @@ def test_after_the_travel_of_120_m_the_block_hangs_30_m_high_less_the_rope_stret
 
 
 @pytest.mark.parametrize(("stage", "half"), [("turn to 90 degrees", 1), ("turn to 180 degrees", -1)])
-def test_ropes_and_trolleys_follow_the_commanded_angle_during_the_turn(
+def test_ropes_and_trolleys_follow_the_ordered_angle_of_the_block_during_the_turn_over(
     reading: Reading, stages: dict[str, Stage], stage: str, half: int
 ) -> None:
     k, theta = stages[stage].samples, commanded(reading)
@@ -132,7 +132,7 @@ def test_ropes_and_trolleys_follow_the_commanded_angle_during_the_turn(
         (180.0, -1, 61.0, 19.4, 14.6, -12.0, 101.6, 246.9),
     ],
 )
-def test_every_row_of_the_quasi_static_table_is_reproduced(
+def test_every_row_of_the_published_quasi_static_table_is_reproduced(
     reading: Reading,
     mechanics: Mechanics,
     stages: dict[str, Stage],
@@ -158,7 +158,7 @@ def test_every_row_of_the_quasi_static_table_is_reproduced(
 
 
 @pytest.mark.parametrize("half", [1, -1])
-def test_load_shares_agree_with_the_table_at_every_measured_angle(
+def test_computed_load_shares_agree_with_the_measured_table_at_every_angle(
     mechanics: Mechanics, stages: dict[str, Stage], half: int
 ) -> None:
     for stage in _turning(half):

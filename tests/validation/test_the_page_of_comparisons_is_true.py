@@ -17,11 +17,11 @@ EACH = [pytest.param(case, id=case.name, marks=SLOW if case.full else ()) for ca
 
 
 @pytest.mark.parametrize("case", EACH)
-def test_rows_of_the_comparison_page_have_the_computed_values(case: Case) -> None:
+def test_each_row_of_the_comparison_page_states_the_value_computed_from_the_sources(case: Case) -> None:
     assert stale(case, PAGE.read_text()) == []
 
 
-def test_the_summary_of_the_comparison_page_counts_its_rows() -> None:
+def test_the_summary_of_the_comparison_page_states_the_number_of_its_rows() -> None:
     text = PAGE.read_text()
     rows = [line for line in text.splitlines() if re.match(r"\| (?:\[.*\]\(\.\./tests/[^)]*\) )?\| ", line)]
     rows = [line for line in rows if line.count("|") == 7]
@@ -34,7 +34,7 @@ def test_the_summary_of_the_comparison_page_counts_its_rows() -> None:
     assert all(number == within + missed for number, within, missed in counted)
 
 
-def test_every_missed_case_on_the_comparison_page_states_why() -> None:
+def test_every_comparison_that_misses_its_reference_states_why_on_the_page_of_comparisons() -> None:
     text = PAGE.read_text()
     for case in CASES:
         part = text.partition(f"| [{case.source}](")[2].partition("\n| [")[0].partition("\n\n")[0]

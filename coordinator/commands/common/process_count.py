@@ -30,12 +30,12 @@ class _TimedStretch(RunObserver):
         self.spent, self.reached = 0.0, 0  # wall time [s], and the time of the run [ns]
 
     def event(self, event: Event) -> None:
-        """Store the simulation time of an event, and end the trial run if it has gone far enough."""
+        """Note the simulation time of an event, and end the trial run once enough simulation time has passed."""
         self.reached = event.t
         self.waiting()
 
     def waiting(self) -> None:
-        """End the trial run with _StretchDone once it has reached its simulation time or used up its wall time."""
+        """End the trial run, by raising _StretchDone, at its limit of simulation time or of wall time."""
         now = time.perf_counter()
         if self._began is None:
             self._began = now

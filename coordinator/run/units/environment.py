@@ -62,7 +62,7 @@ class Environment:
 
     @property
     def over(self) -> bool:
-        """Whether the next step would go beyond the end of the scene."""
+        """Whether the next step would pass the end time of the scene."""
         return self._run.now + self._period > self._run.end
 
     def observe(self) -> NDArray[np.float64]:

@@ -121,7 +121,8 @@ class SteppableRun:
         self._inject(COMMAND, answer)
 
     def go(self, to_ns: int, events: bool = False) -> bool:
-        """Advance to a time [ns] or, if `events`, to the first event up to then; return whether there was one.
+        """Advance to a time [ns] or, if `events`, to the first event up to then; return whether an event ended the
+        advance.
 
         The values do not include the effects of that event before `settle`. Raises HeavyliftError if the run fails, or
         if the time lies in the past or beyond the end.

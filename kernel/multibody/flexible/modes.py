@@ -2,11 +2,11 @@
 at the stations where something is attached.
 
 Eigenmodes solve K u = w^2 M u under the boundary conditions of the floating frame; attachment modes add the static
-deflections under unit forces (Craig 2000; Shabana 2013, chapter 6), so that few modes carry concentrated loads. They
-are M-orthogonal and of largest displacement 1. Along a beam, elements interpolate with Hermite polynomials; for
-sliders, Chebyshev polynomials approximate them smoothly. Everything is computed by operations on elements (`arrays`),
-since simulations depend on the bits: rounding cannot hide the differences between LAPACK libraries in the low modes of
-a fine model.
+deflections under unit forces, so that few modes carry concentrated loads, as do the constraint modes of Craig-Bampton
+(Craig 2000; Shabana 2013, chapter 6). They are M-orthogonal and of largest displacement 1. Along a beam, elements
+interpolate with Hermite polynomials; for sliders, Chebyshev polynomials approximate them smoothly. Everything is
+computed by operations on elements (`arrays`), since simulations depend on the bits: rounding cannot hide the
+differences between LAPACK libraries in the low modes of a fine model.
 """
 
 import hashlib

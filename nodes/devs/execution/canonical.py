@@ -42,12 +42,12 @@ def frozen(value: object, around: Sequence[object] = ()) -> bytes:
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise bytes from `frozen` with the same objects `around`; raises TypeError or LookupError for others."""
+    """Deserialise bytes from `frozen` with the same objects `around`; raises TypeError or LookupError if invalid."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 
 class Freezer:
-    """Serialiser that stores an object which it has met before as a numbered reference."""
+    """Serialiser that writes each object once, and a numbered reference wherever the object occurs again."""
 
     def __init__(self, around: Sequence[object] = ()) -> None:
         self._met: list[object] = [*around]  # kept, so that no id is given twice

@@ -59,7 +59,7 @@ class Trace:
         self._values += values
 
     def settle(self) -> None:
-        """Convert the recorded data to transitions; must be called before the model's routes change."""
+        """Convert the recorded data to transitions; must be called before the couplings of the model change."""
         sizes, due, text = iter(self._sizes), 0, 0
         for t, k, n_due, n_said in zip(sizes, sizes, sizes, sizes, strict=True):
             imminent, now = self._due[due : due + n_due], slice(text, text + n_said)
@@ -84,7 +84,7 @@ class TransitionLog(Trace):
         self._tell = tell
 
     def note(self, *instant: Any) -> None:
-        """Pass each transition at one logical time to the function of the log."""
+        """Pass all transitions at one logical time to the user's function."""
         for line in _transitions(*instant):
             self._tell(line)
 

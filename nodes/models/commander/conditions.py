@@ -36,7 +36,7 @@ class ObservedState:
     ended: set[str] = field(default_factory=set)  # lifts whose lists are done
 
     def on_ground(self, model: str) -> bool:
-        """Return whether any body of a model touches a support."""
+        """Return whether any body of a machine or block touches a support."""
         return any(body in self.grounded for body in self.bodies.get(model, ()))
 
     def note(self, report: m.Report) -> None:
@@ -136,7 +136,7 @@ def holds(condition: scene.Condition, state: ObservedState, moment: EvaluationCo
 
 
 def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> list[int]:
-    """Return the future times [ns] at which the condition can become true merely by lapse of time."""
+    """Return the future times [ns] at which the condition can become true by the mere lapse of time."""
     times = [
         moment.since_ns + seconds(term.seconds) for term in terms(condition) if isinstance(term, scene.AfterCondition)
     ]

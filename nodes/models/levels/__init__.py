@@ -42,7 +42,7 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 class Pass(NamedTuple):
-    """A simplification of a machine model, with a guard that checks whether it leaves the motion unchanged.
+    """A simplification of a machine model, with a test of whether it leaves the motion unchanged.
 
     `guard` returns the reason why the motion of a plan stays unchanged, or "" if it may change."""
 
@@ -64,7 +64,7 @@ PASSES = (
 
 
 def modelled(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return a machine reduced to the model level that a fidelity requires."""
+    """Return a machine reduced to the effects that a model level includes."""
     for level in PASSES:
         machine = level.apply(machine, fidelity)
     return machine

@@ -39,7 +39,7 @@ def guard_locked(plan: Plan) -> str:
 
 
 def unless(models: Callable[[Mechanism], bool]) -> Callable[[Plan], str]:
-    """Return a guard by which a simplification is exact if `models` is false for all machines of the plan."""
+    """Return a test by which a simplification is exact if `models` is false for all machines of the plan."""
     return lambda plan: "" if any(map(models, plan.machines)) else NONE
 
 

@@ -55,7 +55,7 @@ def _fixed(joint: Joint) -> Joint:
 
 
 def yielding(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with its drives as compliant servos, if the fidelity models elastic parts."""
+    """Return the machine with its drives as compliant servos, if the model level includes elastic parts."""
     if fidelity.girder == "rigid" or not machine.servos:
         return machine
     rows = {row.drive: row for row in machine.servos}

@@ -39,7 +39,7 @@ def rides(machine: Mechanism) -> bool:
 
 
 def motion_given(machine: Mechanism, fidelity: Fidelity, plan: Plan) -> Mechanism:
-    """Return a vessel on six joints that follow its own response to the waves, if the fidelity requires it."""
+    """Return a vessel on six joints that follow its own response to the waves, if the model level requires it."""
     if fidelity.water != "motion given" or not rides(machine):
         return machine
     (body,), (joint,) = machine.system.bodies, machine.system.joints
@@ -66,7 +66,7 @@ class _Vessels:
             self.poses[name] = R.astype(float).tolist(), p.astype(float).tolist()
 
     def motions(self) -> list[Wave | WaveSum]:
-        """Return the motions [m, rad] of the vessel in its six modes."""
+        """Return the motions [m, rad] of the vessel in its six modes, computed from its wave loads."""
         n = 6 * len(self.names)
         M, D, K = ([[0.0] * n for _ in range(n)] for _ in range(3))
         loads, waters = Loads(), list[tuple[Rows, Rows]]()

@@ -59,7 +59,7 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
 
 
 def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
-    """Return a rope as a chain of elastic pieces and lumped masses, at rest under its load at the start.
+    """Return a rope as a chain of elastic pieces and lumped masses, in equilibrium under its load at the start.
 
     The part of the rope that does not hang, such as the part to the drum, belongs to the first piece and has no mass.
     The damping of each piece is scaled so that the whole chain is damped like the rope.
@@ -118,7 +118,7 @@ def _lump(
 
 
 def heavy(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with its hook ropes rigid, with mass, or both, as the fidelity requires."""
+    """Return the machine with its hook ropes rigid, with mass, or both, as the model level requires."""
     if fidelity.ropes == "elastic" and fidelity.rope_mass == "none":
         return machine
     system, parts = machine.system, dict[str, dict[str, float]]()

@@ -29,7 +29,7 @@ def radiating(machine: Mechanism) -> dict[str, tuple[Radiation, float]]:
 
 
 def without_memory(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with added mass and damping of its hulls at one frequency, if the fidelity requires it."""
+    """Return the machine with its hulls' added mass and damping at one frequency, if the model level requires it."""
     found = radiating(machine) if fidelity.water == "one frequency" else {}
     if not found:
         return machine
@@ -79,8 +79,8 @@ def _mean(machine: Mechanism, body: str) -> float:
 
 
 def harmonics(x: InputSignal) -> Iterator[tuple[float, float, float]]:
-    """Yield the frequency w and the amplitudes of cos(w t) and sin(w t) of each harmonic of a signal, except products
-    of two."""
+    """Yield frequency w and amplitudes of cos(w t) and sin(w t) of each harmonic of a signal, but not of products of
+    two harmonics."""
     if x.wave and x.wave.frequency:
         size, phase = x.wave.amplitude, x.wave.phase
         yield x.wave.frequency, size * float(cos(phase)), -size * float(sin(phase))

@@ -176,7 +176,9 @@ class DriveActor(LiveActor):
             self.stop("", accel or self.emergency)
 
     def stop(self, limit: str, accel: float | None = None) -> None:
-        """Ramp the actuator down to a stop, with the deceleration `accel` (None: that of its move)."""
+        """Ramp the actuator down to a stop with a deceleration, by default that of its move.
+
+        `accel`: the deceleration [m/s2 or rad/s2]; None: that of the move."""
         x, v = self.reference()
         accel = accel or self.accel
         self.halting, self.limit, self.rows = True, limit, ()

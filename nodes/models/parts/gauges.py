@@ -75,7 +75,7 @@ class Inclinometer(LiveActor):
         self.arm()
 
     def arm(self) -> None:
-        """Watch the thresholds directly above and below the present angle."""
+        """Watch the multiples of 30 degrees directly above and below the present angle."""
         self.say(Watch(self.up, MARK * (self.mark + 1), True), Watch(self.down, MARK * self.mark - FLUTTER, False))
 
 

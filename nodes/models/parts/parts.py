@@ -76,7 +76,7 @@ class Actor(Part):
 
 
 class LawModel(Actor):
-    """An actor that takes no orders, such as weight, a damper or an end stop; it may declare no force law at all."""
+    """Actor of a force that takes no orders, such as weight, a damper or an end stop."""
 
 
 class LiveActor(Actor):
@@ -122,7 +122,7 @@ class LiveActor(Actor):
                 self.report.send(message)
 
     def internal(self) -> None:
-        """Remove the actor's messages that were sent, or enter the state that begins at the time `wake`."""
+        """Remove the messages that the actor has sent or, if there were none, wake it up and change its state."""
         if self.outbox:
             self.outbox = []
         else:
@@ -131,7 +131,7 @@ class LiveActor(Actor):
         self.schedule()
 
     def schedule(self) -> None:
-        """Schedule the actor's next output: at the next microstep if the outbox has messages, else at time `wake`."""
+        """Schedule the actor's output: at the next microstep if its outbox has messages, else at its wake-up time."""
         if self.outbox:
             self.hold_in(0)
         elif self.wake is not None:
@@ -148,7 +148,7 @@ class LiveActor(Actor):
         raise ModelError(f"{numbered(order.at)}: {text}")
 
     def answers(self, element: str) -> bool:
-        """Return whether this actor executes orders to the element."""
+        """Return whether this actor executes orders to the mechanical element with this name."""
         return element == self.element
 
     def begin(self) -> None:
@@ -162,11 +162,11 @@ class LiveActor(Actor):
         """Process a state event of the kernel that concerns the actor."""
 
     def due(self) -> list[KernelInput | Report]:
-        """Return the messages that the actor sends at the time `wake`, without changing its state."""
+        """Return the messages that the actor sends at its wake-up time, without changing its state."""
         return []
 
     def expire(self) -> None:
-        """Change the actor to the state that begins at the time `wake`."""
+        """Change the state of the actor at its wake-up time."""
 
 
 def share(outer: Coupled, child: Model) -> None:
@@ -177,7 +177,7 @@ def share(outer: Coupled, child: Model) -> None:
 
 
 class Group(Coupled):
-    """A coupled model with the four ports of `LiveActor`, which are connected to all live actors in it."""
+    """A coupled model of live actors, with ports for the orders, state events, inputs and reports of all of them."""
 
     order = In(Order)
     state = In(StateEvent)

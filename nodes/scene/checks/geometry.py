@@ -50,7 +50,7 @@ class Findings:
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
-        """Add the errors that a check found.
+        """Add the errors found by a check to the collected errors.
 
         `where`: line of the action that causes the errors, reported instead of the place of the subject."""
         for subject, place, message in violations:
@@ -96,7 +96,7 @@ def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]
 
 
 def goal_checks(found: Findings, built: plan.Plan, before: StaticState, action: plan.Action) -> None:
-    """Add the errors at the positions where the moves of an action end."""
+    """Check for penetration where the moves of an action end, and add the errors found."""
     after = goal(built, action, before)
     found.take("meet", _meet(built, before.references, after.references), action.stage, action.where)
 

@@ -112,7 +112,7 @@ def _hook(order: actions.Order, lugs: dict[str, str]) -> None:
 
 
 def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
-    """Return an error (place in the scene, sentence) for the first order to each joint that the fidelity locks.
+    """Return an error (place in the scene, sentence) for the first order to each joint that the model level locks.
 
     Planar motion locks the joints that would leave the plane; the key `locked` locks the joints that it names. A turn
     moves the trolleys of those hooks that carry slings when the turn is ordered.

@@ -232,7 +232,7 @@ def _rope(
 
 
 def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
-    """Return a machine's keys, in which joint starts `above its lugs` are coordinates above the load's lugs."""
+    """Return a machine's keys; a joint start `above its lugs` becomes the coordinate above the lugs of the load."""
 
     def start(joint: str) -> dict[str, float]:
         above = getattr(given.joints[joint], "start", 0.0) == ABOVE

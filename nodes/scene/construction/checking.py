@@ -25,7 +25,7 @@ NONE: Mapping[str, Edge] = MappingProxyType({})
 
 
 class Checking:
-    """A mechanism as written in the scene, with methods that check it and add errors to its source.
+    """A mechanism as written in the scene, with methods that check it; errors are added to the scene.
 
     `lift`: declarations of the scene's other machines, on whose bodies and joints the mechanism can act; `base`: path
     of the mechanism in the scene; `edges`: edges of the scene; `start`: poses of all bodies at the start, available

@@ -93,7 +93,7 @@ class ElasticParts(Checking):
             yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
 
     def slices(self, bends: list[Bend]) -> Iterator[tuple[k.Body, k.Joint, plan.Shape]]:
-        """Yield massless bodies fixed along a bending body, each with its slice of the body's box.
+        """Yield massless bodies fixed along a bending body, each with a slice of that body's box as its shape.
 
         The first slice stays on the body."""
         for bend in bends:

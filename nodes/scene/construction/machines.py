@@ -33,7 +33,7 @@ from .supports import block_machine
 
 
 def build_machines(source: SourceText, scene: schema.Scene) -> SceneBuilder:
-    """Build the machines of a lift: cranes, frames and blocks; errors are added to the source."""
+    """Build the machines of a lift: cranes, frames and blocks; errors are added to the scene."""
     builder = SceneBuilder(source, scene)
     builder.vessels = [vessel_machine(builder, name) for name in scene.vessels]
     if scene.rig:
@@ -174,7 +174,7 @@ def _groups(builder: SceneBuilder, rig: schema.RigKeys) -> None:
 
 
 def build_fidelity(builder: SceneBuilder, machines: Sequence[plan.Mechanism]) -> plan.Fidelity:
-    """Return the fidelity for these machines, with names of groups replaced by the names of their joints."""
+    """Return the model level of these machines, with names of groups replaced by the names of their joints."""
     given, groups = builder.scene.fidelity, groups_of(machines)
     locked = [joint for name in given.locked for joint in groups.get(name, [name])]
     return planar(msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity), machines)
@@ -192,7 +192,9 @@ WIND = "wind"
 
 
 def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
-    """Build the mechanisms in order; each may act on the lift and on those before it. Errors go to the scene."""
+    """Build the mechanisms in order; each mechanism may act on bodies of the lift and of earlier mechanisms.
+
+    Errors go to the scene."""
     source, scene = builder.source, builder.scene
     done = [machine.name for machine in builder.cranes]
     bases: dict[Path, Parts[Any]] = {
@@ -257,8 +259,7 @@ def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mecha
 
 
 def block_alone(scene: Scene) -> bool:
-    """Return whether only frames and cranes that carry them are built beside the block, all independent of its centre
-    of mass."""
+    """Return whether a scene has one block and otherwise only lifting frames and the cranes that carry them."""
     others = scene.mechanism, scene.wind, scene.rigging, scene.blocks, scene.vessels, scene.obstacles, scene.floor
     carrying = {beam.hook.split()[0] for beam in scene.rig.beams.values()} if scene.rig else set()
     return bool(scene.block) and not any((*others, scene.edges, scene.fenders)) and {*scene.machines} <= carrying

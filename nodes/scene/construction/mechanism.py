@@ -51,7 +51,7 @@ def build_mechanism(
     tree: RiggingTree | None = None,
     edges: Mapping[str, Edge] = NONE,
 ) -> plan.Mechanism:
-    """Build a mechanism of the plan, which may also act on bodies of a lift; errors are added to the source.
+    """Build a mechanism of the plan, which may also act on bodies of a lift; errors are added to the scene.
 
     `base`: path of the mechanism in the scene; `tree`: rigging of the scene; `edges`: edges of the scene."""
     return _Assembly(source, given, lift, base, edges).build(gravity, tree)

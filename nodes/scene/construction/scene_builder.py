@@ -18,7 +18,7 @@ PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that 
 
 @dataclass
 class SceneBuilder:
-    """Collects the machines of a scene while they are built, in the order of nodes; adds errors to the source."""
+    """Collects the machines of a scene while they are built; errors are added to the scene."""
 
     source: SourceText
     scene: schema.Scene
@@ -72,5 +72,5 @@ def box(mass: float, size: Vector) -> Vector:
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
-    """Return the lugs of a lifting beam's slings in the order of the beam's ends; two lugs are ordered by their x."""
+    """Return the lugs of a lifting beam's slings in the order of the beam's ends; two lugs are sorted by x."""
     return sorted(lugs, key=lambda lug: u[lug]) if len(lugs) == 2 else lugs

@@ -145,7 +145,7 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
 
 
 def immersion(name: str, block: schema.Block, given: Splash) -> Immersion:
-    """Return the buoyancy of an upright block, which acts at its centre of mass."""
+    """Return the buoyancy force law of an upright block, applied at the block's centre of mass."""
     depths, forces = zip(*given.buoyancy, strict=True)
     below = 0.5 * block.size[2] + block.com[2]
     return Immersion(f"{name}.water", Point(name, block.com), below, given.level, depths, forces)
@@ -154,7 +154,7 @@ def immersion(name: str, block: schema.Block, given: Splash) -> Immersion:
 def flexible_of(
     builder: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
 ) -> Flexible | None:
-    """Return the flexible part of a block; None if the block is rigid. Errors are added to the source."""
+    """Return the flexible part of a block; None if the block is rigid. Errors are added to the scene."""
     if block.beam is None and not block.modes:
         return None
     key: Path = (*base, "beam" if block.beam else "modes")

@@ -40,7 +40,7 @@ class _Start:
         self.carried = {joint.child: joint for joint in reversed(whole.joints)}
 
     def pull(self, rope: Rope) -> float:
-        """Return the tension of a rope [N]."""
+        """Return the static tension [N] of a rope at the start."""
         return rope.EA * max(0.0, kinematics.length(rope, self.at) - rope.L0) / rope.L0 if rope.hooked else 0.0
 
     def tied(self, tie: Tie) -> Tie:
@@ -50,7 +50,7 @@ class _Start:
         return msgspec.structs.replace(tie, spans=kinematics.length(rope, self.at)) if rope and taut else tie
 
     def hanging(self, machine: Mechanism, row: Heavy) -> Heavy:
-        """Add to a rope with mass its end points at the start, or the reason why it cannot have mass."""
+        """Return a rope with mass and its end points at the start, or with the reason why it cannot have mass."""
         rope = self.ropes.get(row.rope)
         if rope is None:
             over = any(x.name == row.rope for x in machine.system.reevings)
@@ -81,7 +81,7 @@ class _Start:
         return line.share * norm((kinematics.place(line.a, self.at) - kinematics.place(line.b, self.at)).tolist())
 
     def bent(self, row: Bend) -> Bend:
-        """Add to a flexible body gravity and the forces on it at the start, in the frame of the body."""
+        """Return a flexible body together with gravity and the forces on it at the start, in its own frame."""
         stations = {row.body: None} | {
             body.name: x for body in self.whole.bodies if (x := self._station(row, body.name))
         }

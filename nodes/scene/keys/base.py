@@ -207,7 +207,7 @@ class Described(Base):
 
 
 def keys_of(kind: Any, *without: str, word: str = "", module: str = __name__, **otherwise: Spelling) -> Any:
-    """Return a model whose keys are the fields of a description class, except the fields in `without`.
+    """Return a class of scene keys, one for each field of a description class except the fields in `without`.
 
     It has a key `type: word` if `word` is given. `module` distinguishes models of the same name; `otherwise`: fields
     with a spelling that is not the default."""

@@ -251,7 +251,7 @@ class WindKeys(Base):
     def forces(
         self, block: tuple[float, float, float] | None, seed: int, end: float | None
     ) -> dict[str, WindForceKeys]:
-        """Return the wind forces on the block and other bodies, by name.
+        """Return the wind forces on the block and on other bodies, by the name of the force law.
 
         `block`: edges of the block's box [m], or None; `end`: end of the run [s], if known."""
         areas = dict(self.on)

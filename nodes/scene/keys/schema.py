@@ -152,7 +152,7 @@ class RigKeys(Base):
 
 
 class FidelityKeys(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
-    """Model level of the machines."""
+    """Model level of the machines: which parts are elastic, have mass, or are locked."""
 
 
 class FactorKeys(keys_of(f.Factors, "where")):  # type: ignore[misc]
@@ -160,7 +160,7 @@ class FactorKeys(keys_of(f.Factors, "where")):  # type: ignore[misc]
 
 
 class Instance(Base):
-    """One of several lifts in a scene: the scene that it extends, and its origin and start.
+    """One of several lifts in a scene: the scene that it extends, its origin, and the start of its action list.
 
     Further keys replace keys of the extended scene, as with `extends`."""
 

@@ -47,7 +47,7 @@ _PLAIN = {
 
 
 def validate(source: SourceText) -> Scene | None:
-    """Return the validated scene with expanded machines; if it is invalid, add errors to the source and return None.
+    """Return the validated scene with expanded machines; None if it is invalid, with errors added to the scene.
 
     Uncertain numbers in the source's data are replaced by their nominal values."""
     stated = uncertainties(source)

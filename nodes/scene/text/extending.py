@@ -33,7 +33,7 @@ def extended(path: FilePath, name: str, text: str, root: FilePath, above: tuple[
 
 
 def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePath, ...] = ()) -> SourceText:
-    """Return the data of a source merged over the data of a file, as `extends` demands."""
+    """Return the data of a scene or type merged over the file that its key `extends` names."""
     base = source.data.pop("extends", None)
     if base is None:
         return source
@@ -63,7 +63,7 @@ def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePa
 
 
 def alike(source: SourceText) -> None:
-    """Complete an entry that has the key `like` with keys of the entry that `like` names; add errors to the source."""
+    """Complete each entry that has the key `like` by keys of the entry that `like` names; errors go to the scene."""
     for section in SECTIONS:
         entries = source.at(section)
         if isinstance(entries, dict):
@@ -137,7 +137,7 @@ def _take(merged: SourceText, upper: SourceText, path: Path) -> None:
 
 
 def forget(source: SourceText, path: Path, value: Data) -> None:
-    """Delete the recorded places in the text of a value and of all values inside it."""
+    """Delete the recorded places in the file of a value and of all values inside it."""
     for found in _paths(value, path):
         source.keys.pop(found, None)
         source.values.pop(found, None)

@@ -23,7 +23,7 @@ class Parameters:
         return self.given.get(name, self.values[name])
 
     def computed(self, text: str) -> Data:
-        """Return the result of an expression, given without its `=`; a word, a list or a place is left unchanged."""
+        """Return the result of an expression, given without its `=`; words, lists and places stay as they are."""
         name = " ".join(text.split())
         if name in self.values:
             raw = self.raw(name)
@@ -51,7 +51,7 @@ class Parameters:
 
 
 def arithmetic(source: SourceText) -> bool:
-    """Replace each value `=...` in a scene by the result of the expression; errors are added to the source.
+    """Replace each value `=...` in a scene by the result of the expression; errors are added to the scene.
 
     The scene's `parameters` are used (machine types have parameters of their own). Return whether all expressions could
     be computed."""

@@ -87,7 +87,7 @@ class SourceText:
         return found
 
     def written(self, path: Path) -> Path:
-        """Return the path under which the scene file gives a value.
+        """Return the path of the key in the scene file that sets a value.
 
         This is the path of the parameter from which a type computes the value, or the given path itself."""
         tops = (n for n in range(len(path), 0, -1) if path[:n] in self.given) if self.given else ()
@@ -108,7 +108,7 @@ class SourceText:
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
-        """Return the place of a path in its file as `file:line:column`, without the folder; "" if it is in no file."""
+        """Return the place of a scene's value, given by its path, as `file:line:column`; "" if it is in no file."""
         mark = self.mark(path, on_key=True)
         if not mark.file:
             return ""
@@ -117,7 +117,7 @@ class SourceText:
         return text
 
     def path_of(self, where: str) -> Path:
-        """Return the path in the data for a place that `where` returned."""
+        """Return the path of the value at a place in the file; the inverse of the method `where`."""
         return self.places.get(where, ())
 
 
@@ -213,7 +213,7 @@ def _composed(text: str, name: str) -> SourceText:
     known: dict[int, list[tuple[Node, Node]]] = {}
 
     def whole(node: MappingNode, path: Path) -> list[tuple[Node, Node]]:
-        """Return the pairs (key, value) of a YAML mapping: its own, then those merged from others by `<<: *name`."""
+        """Return the pairs (key, value) of a YAML mapping: its own pairs, then those merged by `<<: *name`."""
         if id(node) not in known:
             known[id(node)] = []  # what it would bring into itself
             below = [x for key, x in node.value if key.value == MERGE]
@@ -301,7 +301,7 @@ def shown(path: Path) -> str:
 
 
 def child(at: Data, part: str | int) -> Data:
-    """Return the element of `at` with a key or index; None if there is no such element."""
+    """Return the element of a mapping or list by key or index; None if there is no such element."""
     if isinstance(at, dict):
         return at.get(str(part))
     return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None

@@ -35,7 +35,7 @@ SPELLED = {  # units as they are spoken
 
 
 class Range(NamedTuple):
-    """A range such as `300 t..900 t by 50 t`: each number and its unit as text. Without a step, its texts are empty."""
+    """A range such as `300 t..900 t by 50 t`: numbers and units as text; those of the step may be empty."""
 
     low: str
     unit_low: str
@@ -81,7 +81,7 @@ def range_of(text: str) -> Range | None:
 
 
 def spread_of(text: str) -> tuple[str, str, str] | None:
-    """Return the parts of a text such as `480 t +- 3 %`: value or name, "+-" or "sd", half-width; else None."""
+    """Split a text such as `480 t +- 3 %` into value or name, "+-" or "sd", and half-width; None for other texts."""
     found = _SPREAD.fullmatch(text)
     return (found[1], "sd" if found[2].startswith("s") else "+-", found[3].strip()) if found else None
 

@@ -39,7 +39,7 @@ SAME = 1e-9  # [s, rad] between waves that are the same
 
 
 def tabled(source: SourceText) -> None:
-    """Replace references to tables in blocks and vessels by the values in the tables.
+    """Replace references to table files in blocks and vessels by the values in these tables.
 
     Raises SceneError with all errors of the scene so far if a table or row cannot be read."""
     for base in ((BLOCK,), *(("blocks", name) for name in _names(source.data.get("blocks")))):
@@ -81,7 +81,7 @@ def _tabled(source: SourceText, base: Path) -> None:
 
 
 def charted(source: SourceText) -> None:
-    """Replace references to tables at hooks, such as `charts from: rt59.csv`, by the capacity charts in the tables.
+    """Replace references to tables at hooks, such as `charts from: rt59.csv`, by the capacity charts in the files.
 
     The columns are `radius [m]`, optionally `counterweight [t]` and `outriggers [m]`, and one column of capacities for
     each boom length, such as `boom 24 m [t]`; a cell is empty if there is no capacity at its radius.

@@ -59,7 +59,7 @@ class Expansion:
         self.computed = True
 
     def run(self, entry: dict[str, Data]) -> None:
-        """Insert the parts of the machine under `machines` in the data; the crane's entry keeps its parameters."""
+        """Insert the parts that a machine type generates into the scene; the crane's entry keeps its parameters."""
         known = self.kind.parameters
         for key in (key for key in self.given if key not in known):
             message = f"the type {self.kind.name} has no parameter '{key}'"

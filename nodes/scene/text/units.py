@@ -49,7 +49,7 @@ CUSTOMARY = {  # units of the United States and of sailors: read, but not offere
 
 
 def offered(units: Iterable[str]) -> list[str]:
-    """Return the units that messages suggest, out of the units of a dimension."""
+    """Return those units of a dimension that messages suggest to the user."""
     return [unit for unit in units if not any(unit in others for others in CUSTOMARY.values())]
 
 
@@ -133,7 +133,7 @@ class Limited(Dimension):
     highest: str
 
     def read(self, value: object) -> float:
-        """Return a value in SI units; raises ValueError if the value is outside the range."""
+        """Return a value in SI units; raises ValueError if the value is outside the allowed range."""
         number = self.number(value)
         if not self.number(self.lowest) * (1 - 1e-9) <= number <= self.number(self.highest) * (1 + 1e-9):
             message = f"{value:.12g}" if isinstance(value, float) else value

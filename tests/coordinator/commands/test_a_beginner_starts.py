@@ -49,7 +49,7 @@ def test_the_json_schema_accepts_all_bundled_scenes_and_rejects_faulty_ones() ->
     assert "hieght" in wrong.message
 
 
-def test_the_json_schema_describes_units_defaults_and_meanings_of_scene_keys() -> None:
+def test_the_json_schema_of_scenes_states_the_unit_and_default_and_meaning_of_each_key() -> None:
     schema = json_schema()
     types = schema["$defs"]["CraneKeys"]["allOf"]
     crane = next(x["then"] for x in types if x["if"]["properties"]["type"]["const"] == "goliath-900")["properties"]
@@ -61,13 +61,13 @@ def test_the_json_schema_describes_units_defaults_and_meanings_of_scene_keys() -
     assert off_lead["description"].startswith("of ropes that carry a load; assumed")
 
 
-def test_doctor_checks_the_installation() -> None:
+def test_the_command_doctor_checks_the_installation_of_heavylift() -> None:
     found = {finding.what: finding for finding in findings()}
     assert {found[name].state for name in ("heavylift", "eclipse-zenoh", "ruamel.yaml", "cache")} == {"ok"}
     assert found["a short run"].message.startswith("21 samples of a pendulum in ")
 
 
-def test_doctor_reports_a_broken_installation_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_doctor_reports_a_broken_installation_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
     message = [
         HealthFinding("numpy", "ok", "2"),
         HealthFinding("browser", "missing", "none"),

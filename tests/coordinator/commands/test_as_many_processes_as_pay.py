@@ -64,7 +64,7 @@ def test_the_option_processes_auto_tries_no_more_processes_than_the_scene_has_mo
     assert machine.tried == [1, 2, 3]
 
 
-def test_a_run_whose_models_send_nothing_during_the_trial_gets_one_process_per_core(on):
+def test_a_run_whose_models_send_no_messages_in_the_trial_run_gets_one_process_per_core(on):
     machine = on(Machine({}))
 
     def silent(count: int, watch: RunObserver) -> None:

@@ -82,7 +82,7 @@ def test_a_benchmark_row_has_its_eight_keys_and_compares_its_ratio_to_a_peer_eng
     ]
 
 
-def test_a_benchmark_that_returns_no_rows_is_reported_by_name() -> None:
+def test_a_benchmark_that_returns_no_results_is_reported_by_name() -> None:
     good = {"name": "a", "value": 1.0, "unit": "s", "peer": "b", "peer_value": 2.0, "ratio": 0.5, "target": None}
     good["met"] = None
     bad = [

@@ -47,7 +47,7 @@ def example(name: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_the_help_of_every_command_ends_with_an_example_that_parses(
+def test_every_command_help_ends_with_an_example_that_is_a_valid_command_line(
     capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
     code, message, _ = heavylift(capsys, name, "--help")
@@ -135,7 +135,7 @@ def test_mistakes_on_the_command_line_end_with_a_one_sentence_error(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_shell_completes_scenes_and_recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_shell_completion_offers_scenes_and_recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name in ("turn.yaml", "run.mcap", "cut.mcap.part", "notes.txt", ".hidden.mcap"):
         (tmp_path / name).touch()
@@ -162,5 +162,5 @@ def test_heavylift_answers_a_request_for_shell_completion(
     assert heavylift(capsys)[1] == offered
 
 
-def test_the_version_option_prints_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_option_version_prints_the_version_of_heavylift(capsys: pytest.CaptureFixture[str]) -> None:
     assert heavylift(capsys, "--version") == (0, f"heavylift {version('heavylift')}\n", "")

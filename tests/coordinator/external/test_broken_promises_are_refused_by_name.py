@@ -87,7 +87,7 @@ def test_valid_messages_of_external_nodes_are_accepted() -> None:
         assert external.checked(message) is message
 
 
-def test_the_failure_of_an_external_node_is_reported_in_one_line_with_its_name() -> None:
+def test_the_failure_of_an_external_node_is_reported_in_one_line_with_the_name_of_the_node() -> None:
     external = External("s1", [ring(stations=2, tokens=1, hold=ms(5)).children["s1"]], [], 10_000)
     text = external.checked(m.Fail(Tag(0), "s1", "no\n\x1b[31mline" + "x" * 1000, ""))
     assert isinstance(text, m.Fail)

@@ -43,7 +43,7 @@ def test_every_message_on_the_wire_format_page_is_shown_with_its_bytes() -> None
 
 
 @pytest.mark.parametrize("name", sorted(DUMPS.keys() - {"frame"}))
-def test_the_messages_on_the_wire_format_page_are_valid_messagepack(name: str) -> None:
+def test_the_example_messages_on_the_wire_format_page_are_valid_messagepack(name: str) -> None:
     text, data = dump(name)
     assert shown(msgpack.unpackb(data)) == text
 

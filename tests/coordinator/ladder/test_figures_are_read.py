@@ -70,7 +70,7 @@ def test_a_swing_faster_than_the_sample_rate_is_measured_with_the_period_and_amp
     assert max(look.error.values()) < 0.01
 
 
-def test_the_reading_error_of_a_utilisation_bounds_the_error_due_to_coarse_samples() -> None:
+def test_the_stated_reading_error_of_a_utilisation_bounds_the_error_due_to_coarse_samples() -> None:
     rough, fine = (play(load("lift", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.5 Hz", "40 Hz"))
     message, true = ({f.name: f for f in figures(run, ["limits", "clearance"])} for run in (rough, fine))
     assert message.keys() == true.keys()

@@ -43,12 +43,12 @@ def test_a_load_swings_below_a_moved_trolley_as_with_lumps(
 
 
 @pytest.mark.parametrize("seed", SWUNG)
-def test_random_lifts_swing_as_with_lumps(seed: int) -> None:
+def test_random_lifts_by_ropes_without_lumps_swing_as_with_lumped_ropes(seed: int) -> None:
     assert max(apart(parse(lift_of_kinds(seed).text, passing=True, followed=False).plan).values()) < NEAR
 
 
 @pytest.mark.parametrize("scene", ["lift", "tandem", "emergency-stop"])
-def test_ropes_without_lumps_are_chosen_for_swings_to_one_percent(scene: str) -> None:
+def test_for_swings_to_one_percent_the_choice_of_a_model_level_finds_ropes_without_lumps(scene: str) -> None:
     answer = choose(Ladder(load(scene).plan), Question(MEANT, 0.01), Measuring(MEANT))
     assert (answer.fidelity.ropes, answer.fidelity.rope_mass) == ("elastic", "lumped")
     assert not answer.notes

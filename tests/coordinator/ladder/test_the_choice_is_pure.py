@@ -75,7 +75,7 @@ def test_the_model_level_is_chosen_again_for_another_accuracy_another_quantity_o
     assert len(kept) == 2
 
 
-def test_model_settings_fixed_in_a_scene_are_kept_and_their_error_is_reported(kept: dict[str, bytes]) -> None:
+def test_a_model_setting_that_the_scene_fixes_is_kept_and_its_error_is_reported(kept: dict[str, bytes]) -> None:
     scene = chosen(load("lift", [*ASKED, "fidelity.girder=rigid", "method=dopri5", "accuracy=0.3 %"]))
     assert (scene.plan.fidelity.girder, scene.plan.method) == ("rigid", "dopri5")
     assert scene.answer is not None
@@ -83,7 +83,7 @@ def test_model_settings_fixed_in_a_scene_are_kept_and_their_error_is_reported(ke
     assert max(scene.answer.errors.values()) > 0.003
 
 
-def test_choosing_a_model_level_runs_no_user_models() -> None:
+def test_the_choice_of_a_model_level_does_not_run_user_models() -> None:
     scene = load("damper", ["ask=[position]"])
     assert chosen(scene).answer is not None
     assert "models of its own" in str(chosen(scene).answer)
@@ -116,7 +116,7 @@ def test_a_study_of_a_scene_with_extends_uses_the_model_level_chosen_for_that_sc
     assert again.question is None
 
 
-def test_check_reports_the_cached_choice_of_model_level(
+def test_the_command_check_reports_the_model_level_that_an_earlier_choice_stored_in_the_cache(
     kept: dict[str, bytes], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = ["end=80 s", *ASKED[1:]]  # which does not cut the lift

@@ -35,7 +35,7 @@ def test_errors_are_measured_by_default_unless_the_scene_states_quantities_accur
     assert chosen(given).plan == given.plan
 
 
-def test_the_summary_reports_all_measured_errors_in_one_line(
+def test_the_printed_summary_of_a_run_reports_all_measured_errors_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
@@ -106,7 +106,7 @@ def test_estimated_step_errors_bound_the_true_errors_closely(seed: int) -> None:
             assert most <= MOST
 
 
-def test_a_branch_has_its_own_error_estimates(tmp_path: Path) -> None:
+def test_a_branch_of_a_run_has_its_own_error_estimates(tmp_path: Path) -> None:
     lift = run("lift", tmp_path / "lift.mcap", in_process=True).recording
     slower = ["stage up/all hooks=hoist 2 m/min by 1 m"]
     path = branch(RunBranch.of(lift, "stage up", slower), tmp_path / "slower.mcap").recording

@@ -55,7 +55,7 @@ def test_an_operator_command_to_a_paused_run_is_answered_after_the_run_continues
         assert out.startswith(f"{WORDS}: began at ")
 
 
-def test_an_operator_command_is_answered_if_the_run_ends_before_executing_it(tmp_path: Path) -> None:
+def test_an_operator_command_is_answered_even_if_the_run_ends_before_the_command_takes_effect(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5") as process:
         run = found(tmp_path / "sledge.mcap")

@@ -33,7 +33,7 @@ class Clock(RealTime):
 
 
 @pytest.mark.parametrize(("text", "in_process"), [(LONG, True), (TWO, True), (LATE, True), (LONG, False)])
-def test_samples_are_recorded_while_nothing_moves(
+def test_samples_are_recorded_even_while_no_part_moves(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, in_process: bool
 ) -> None:
     plain = run(parse(text), tmp_path / "plain.mcap", True)

@@ -35,7 +35,7 @@ class Clock(RealTime):
         self.granted_at.append((self.time - 100.0, first.t))
 
 
-def test_a_real_time_run_waits_until_the_clock_has_passed_the_time_of_an_event() -> None:
+def test_a_run_in_real_time_waits_until_the_clock_has_passed_the_time_of_an_event() -> None:
     clock = Clock(2.0)
     assert clock.horizon(Tag(0)) == Tag(0)
     assert clock.wait(Tag(seconds(3.0) - 1)) == pytest.approx(1.5, abs=1e-12)
@@ -45,7 +45,7 @@ def test_a_real_time_run_waits_until_the_clock_has_passed_the_time_of_an_event()
     assert clock.wait(FOREVER) == float("inf")
 
 
-def test_lateness_is_measured_and_a_pause_stops_the_clock() -> None:
+def test_the_lateness_of_a_real_time_run_is_measured_and_a_pause_stops_its_clock() -> None:
     clock = Clock(1.0)
     clock.horizon(Tag(0))
     for late in (0.0, 0.002, 0.1):
@@ -84,7 +84,7 @@ def test_the_rate_of_a_real_time_run_changes_no_event_and_no_event_is_sent_befor
         assert message == pytest.approx(paced.lateness._asdict())
 
 
-def test_short_time_grants_change_no_event(tmp_path: Path) -> None:
+def test_short_time_grants_do_not_change_the_events_of_a_run(tmp_path: Path) -> None:
     results = {
         run(parse(SLEDGE), tmp_path / "x.mcap", True, pace=Pace(ahead)).digest
         for ahead in (1, seconds(0.3), seconds(10))
@@ -92,7 +92,7 @@ def test_short_time_grants_change_no_event(tmp_path: Path) -> None:
     assert len(results) == 1
 
 
-def test_events_are_published_at_their_wall_clock_time(tmp_path: Path) -> None:
+def test_an_event_is_published_with_the_wall_clock_time_at_which_it_occurred(tmp_path: Path) -> None:
     from heavylift.coordinator.run import RunObserver
 
     clock, message = Clock(1.0), list[tuple[float, int]]()

@@ -37,7 +37,7 @@ def wait_for(run_: AnnouncedRun, port: str, name: str = "") -> None:
 
 
 @pytest.mark.large
-def test_a_replay_repeats_the_actions_of_an_operator(tmp_path: Path) -> None:
+def test_a_replay_repeats_the_orders_of_an_operator(tmp_path: Path) -> None:
     """Paused in the first three seconds, while the pusher is busy; stepped into the rest, in which it is not."""
     recorded = tmp_path / "sledge.mcap"
     (tmp_path / "sledge.yaml").write_text(SLEDGE)
@@ -75,7 +75,7 @@ def test_a_replay_repeats_the_actions_of_an_operator(tmp_path: Path) -> None:
     assert again.digest == recording.result["digest"]
 
 
-def test_an_operator_command_is_answered_and_after_the_order_to_stop_the_recording_is_complete(tmp_path: Path) -> None:
+def test_an_operator_command_is_answered_and_an_order_to_stop_completes_the_recording(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "20") as process:
         run_ = found(tmp_path / "sledge.mcap")

@@ -12,7 +12,7 @@ from running import PATIENCE_s, found, going
 RING = Path(__file__).parents[2] / "coordinator/participants" / "rings.py"
 
 
-def test_any_devs_model_can_be_paused_and_stepped(tmp_path: Path) -> None:
+def test_a_run_of_any_devs_model_can_be_paused_and_stepped(tmp_path: Path) -> None:
     with going(tmp_path, "devs", f"{RING}:tokens", "-o", "ring.mcap") as process:
         run = found(tmp_path / "ring.mcap")
         assert len(list(islice(observe(run), 3))) == 3

@@ -113,7 +113,7 @@ def test_the_package_that_live_viewing_needs_is_named_in_one_sentence_if_it_is_m
         FoxgloveServer("lift")
 
 
-def test_no_data_is_encoded_for_an_observer_without_subscription() -> None:
+def test_no_data_are_encoded_for_an_observer_that_has_not_subscribed() -> None:
     class Deaf:
         def announce(self, topic: str, descriptor: object) -> None:
             raise AssertionError

@@ -14,7 +14,7 @@ from running import HEAVYLIFT
 from sledge import SLEDGE
 
 
-def test_keys_in_the_terminal_pause_step_and_stop_the_run(tmp_path: Path) -> None:
+def test_keys_pressed_in_the_terminal_pause_and_step_and_stop_the_run(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     here, there = pty.openpty()
     arguments = [HEAVYLIFT, "run", "sledge.yaml", "--rate", "2"]
@@ -37,7 +37,7 @@ def test_keys_in_the_terminal_pause_step_and_stop_the_run(tmp_path: Path) -> Non
     assert [event.value["text"] for event in recording.events("operator")] == ["stop"]
 
 
-def test_a_change_of_rate_continues_the_clock_from_the_present_time() -> None:
+def test_after_a_change_of_rate_the_clock_of_a_run_continues_from_the_present_time() -> None:
     wall = 0.0
     pace = RealTime(2.0, lambda: wall)
     assert pace.horizon(Tag(0)).t == 0
@@ -48,6 +48,6 @@ def test_a_change_of_rate_continues_the_clock_from_the_present_time() -> None:
     assert pace.horizon(Tag(0)).t == 8 * 10**9
 
 
-def test_the_rate_of_a_run_without_real_time_cannot_be_changed() -> None:
+def test_the_rate_of_a_run_that_does_not_follow_the_clock_cannot_be_changed() -> None:
     with pytest.raises(ProtocolError, match="start it with --rate"):
         Pace().change(2.0)

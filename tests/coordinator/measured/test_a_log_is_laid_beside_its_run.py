@@ -34,7 +34,7 @@ def test_a_measured_log_is_compared_with_the_run_at_the_times_of_the_log(beside:
     assert abs(at["offset"] + 695.0) < 3.0 * at["sigma"] < 0.1
 
 
-def test_the_error_of_a_measured_channel_is_compared_with_its_uncertainty(beside: Path) -> None:
+def test_the_deviation_of_a_measured_channel_from_the_run_is_compared_with_its_uncertainty(beside: Path) -> None:
     (found,) = Recording(beside).fact("measured")["comparisons"]
     assert found["u_D"] == pytest.approx(2000.0, rel=0.1)  # half of what the map states, and the time
     assert found["u_num"] < 100.0
@@ -57,7 +57,7 @@ def test_measured_channels_are_recorded_next_to_the_simulated_ones(beside: Path)
     assert "measured  rope/tension/west.H1: E " in info(beside)
 
 
-def test_adding_another_measured_log_replaces_the_first_one(beside: Path, tmp_path: Path) -> None:
+def test_adding_another_measured_log_to_a_recording_replaces_the_first_log(beside: Path, tmp_path: Path) -> None:
     t = np.arange(0.0, 39.0, 0.1)
     made = log(tmp_path / "log.csv", {"time [s]": t, "cell [t]": tension(t, 1e6, 0.6)[:, 1] / 9806.65})
     found = measure(beside, made, ["cell=rope/tension/west.H2"], 0.0, out=tmp_path / "again.mcap")

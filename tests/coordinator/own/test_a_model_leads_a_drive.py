@@ -22,7 +22,7 @@ def said(found: Played, kind: type) -> list[tuple[float, object]]:
     return [(event.t / 1e9, event.value) for event in found.events if isinstance(event.value, kind)]
 
 
-def test_each_set_point_of_a_user_model_becomes_one_order_and_one_motion_profile(folder: Path) -> None:
+def test_each_speed_set_by_a_user_model_becomes_one_order_with_one_motion_profile(folder: Path) -> None:
     found = play(scene(folder, SLEDGE, HAND).plan)
     assert [(t, x.value) for t, x in said(found, SetPoint)] == [(1.0, 0.3), (2.0, -0.1), (3.0, 0.0)]  # type: ignore[attr-defined]
     led = [(t, x.what) for t, x in said(found, Order) if x.led]  # type: ignore[attr-defined]
@@ -35,7 +35,7 @@ def test_each_set_point_of_a_user_model_becomes_one_order_and_one_motion_profile
     assert profiles[2] == SetProfile("pusher", seconds(3), 0.0, 0.5)
 
 
-def test_the_delay_of_the_set_points_of_a_user_model_is_the_lookahead_of_its_port(folder: Path) -> None:
+def test_the_delay_of_set_points_from_a_user_model_is_the_lookahead_of_its_port(folder: Path) -> None:
     late = scene(folder, SLEDGE, HAND, sets=("models.hand.delay=250 ms",))
     model = build_one(late.plan, "hand")
     assert {
@@ -59,7 +59,7 @@ def test_a_drive_controlled_by_a_user_model_stops_at_its_end_position(folder: Pa
     assert found.rows[-1, names.start + list(names.names).index("rail.travel")] == pytest.approx(1.0, abs=1e-3)
 
 
-def test_an_operator_may_not_move_a_drive_that_a_user_model_controls(folder: Path) -> None:
+def test_an_operator_may_not_move_a_drive_that_is_controlled_by_a_user_model(folder: Path) -> None:
     plan = scene(folder, SLEDGE, HAND).plan
     push = Move(verb="drive", model="sledge", actuator="pusher", speed=0.1, accel=0.5, by=0.1)
     words = OperatorCommand("pusher: drive 6 m/min by 0.1 m", msgpack.encode(Action(orders=(push,))))

@@ -62,7 +62,7 @@ def test_an_fmu_gives_the_same_results_in_heavylift_and_in_fmpy(governed: Loaded
     assert heard[-1][1] == pytest.approx(0.3 * (1 - 2.718281828 ** (-0.5 * 2.98)), abs=0.02), "x' = (goal - x) / 2"
 
 
-def test_the_step_of_an_fmu_is_the_lookahead_of_its_ports(governed: LoadedScene) -> None:
+def test_the_communication_step_of_an_fmu_is_the_lookahead_of_its_ports(governed: LoadedScene) -> None:
     simulator = Simulator(build_one(governed.plan, "governor"))
     simulator.start()
     assert simulator.lookahead == {"governor.speed": ms(20)}

@@ -41,7 +41,7 @@ def test_the_configuration_of_one_machine_does_not_grow_with_the_number_of_machi
     assert size[4] == size[1] < 12_000
 
 
-def test_the_commander_of_one_action_list_receives_only_the_plan_of_its_lift() -> None:
+def test_the_commander_model_of_one_action_list_receives_only_the_plan_of_its_lift() -> None:
     lists = build(yard(9))["commander"].children
     assert {len(lists[f"l{i}"].plan.machines) for i in range(9)} == {2}
     assert [lists[f"l{i}"].plan.first for i in range(3)] == [0, 7, 14]

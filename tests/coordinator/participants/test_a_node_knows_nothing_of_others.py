@@ -75,7 +75,9 @@ OUT_OF_REACH = {
 
 
 @pytest.mark.parametrize("act", OUT_OF_REACH)
-def test_a_model_cannot_reach_its_siblings_or_parents(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_code_of_a_model_cannot_reach_the_siblings_or_parents_of_the_model(
+    act: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     message = f"yard.ticker at (0.00000003 s, 0): {OUT_OF_REACH[act]} cannot be accessed: {CURE}"
     if act in STRUCTURE:
         assert flat(f"yard('{act}')") == message
@@ -113,14 +115,14 @@ def test_a_global_variable_that_holds_a_model_is_reported_before_the_run() -> No
 
 
 @pytest.mark.parametrize("where", [{"in_process": True}, {"processes": 2}], ids=["one process", "two"])
-def test_models_in_different_processes_may_read_the_same_global_constants(where: dict[str, Any]) -> None:
+def test_models_in_different_processes_may_read_constants_of_the_same_module(where: dict[str, Any]) -> None:
     assert run("yard('look')", **where) == flat("yard('look')")
     assert "ticker of yard yard 3 [1, 2, 3]" in flat("yard('look')")
 
 
 @pytest.mark.filterwarnings("ignore:.*may iterate over a set")
 @pytest.mark.parametrize(("what", "builds"), [("data", 1), ("settings", 3), ("words", 3), ("frozen", 3), ("fixed", 1)])
-def test_child_models_share_no_objects_whether_they_run_in_one_process_or_in_several(
+def test_two_models_of_one_parent_share_no_objects_whether_in_one_process_or_in_several(
     what: str, builds: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = list[str]()
@@ -165,7 +167,7 @@ def test_a_build_function_that_omits_a_child_on_its_second_call_is_reported() ->
     assert re.match(message, run("random_build('couplings')", in_process=True))
 
 
-def test_a_build_function_that_returns_the_same_model_object_twice_is_refused() -> None:
+def test_a_build_function_that_returns_the_same_model_object_on_its_second_call_is_refused() -> None:
     message = "same() returned the model of an earlier call; it must create a new one each time"
     assert run("same()", in_process=True).endswith(message)
 
@@ -183,19 +185,21 @@ def digest(seed: str, *where: str) -> str:
     return done.stdout.split()[-1]
 
 
-def test_sets_are_iterated_in_the_same_order_in_every_run() -> None:
+def test_a_run_in_any_number_of_processes_iterates_over_sets_in_the_same_order() -> None:
     here = {run_models(f"{BEYOND}:words", until=1e-7, processes=n).digest for n in (1, 2)}
     assert here == {digest("7", "--in-process")}, "processes of a script and the command's own"
 
 
-def test_models_run_with_another_hash_seed_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_models_that_run_with_a_hash_seed_other_than_the_fixed_one_are_reported(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr("heavylift.coordinator.run.models.fixed", lambda: False)
     with pytest.warns(UserWarning, match=r"^yard.other: may iterate over a set, whose order another process"):
         run("words()", in_process=True)
 
 
 @pytest.mark.parametrize("where", [{"in_process": True}, {"processes": 2}], ids=["one process", "two"])
-def test_a_long_chain_without_delay_runs_if_the_microstep_limit_allows_it(where: dict[str, Any]) -> None:
+def test_a_long_chain_of_models_with_zero_delay_runs_if_the_microstep_limit_allows_it(where: dict[str, Any]) -> None:
     text = run("chain(60)", microsteps=40, **where)
     assert "zero-time loop between nodes, 40 microsteps" in text, text
     assert text.endswith("or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)")
@@ -204,7 +208,7 @@ def test_a_long_chain_without_delay_runs_if_the_microstep_limit_allows_it(where:
 
 
 @pytest.mark.parametrize("limit", [0, -5, 1.5, True, 2**40])
-def test_an_invalid_limit_of_microsteps_is_refused(limit: Any) -> None:
+def test_an_invalid_limit_for_the_number_of_microsteps_is_refused(limit: Any) -> None:
     assert run("chain(3)", microsteps=limit) == (
         f"microsteps={limit!r}: the limit of microsteps at one time must be an int from 1 to 2**31 - 1"
     )
@@ -224,18 +228,18 @@ def test_an_invalid_limit_of_microsteps_is_refused(limit: Any) -> None:
         ),
     ],
 )
-def test_the_function_run_models_refuses_an_end_time_that_is_not_a_number(until: Any, told: str) -> None:
+def test_the_function_run_models_refuses_an_until_time_that_is_not_a_number(until: Any, told: str) -> None:
     with pytest.raises(ModelError) as caught:
         run_models(f"{BEYOND}:chain(3)", until=until, in_process=True)
     assert str(caught.value) == told
 
 
 @pytest.mark.parametrize(("until", "ticks"), [(0, 0), (2, 2), (2.5, 3), (np.int64(2), 2), (1e300, 5), (None, 5)])
-def test_the_function_run_models_takes_its_end_time_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
+def test_the_function_run_models_takes_its_until_time_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
     (own_modules / "ticks.py").write_text(TICKS)
     assert run_models("ticks.py:build", until=until, in_process=True).results["y.t"].n == ticks  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("more", [{"processes": 2}, {"places": ["a=b"]}, {"remote": ["a"]}, {"external": ["a"]}])
-def test_options_for_one_process_and_for_several_exclude_each_other_in_runs_of_models(more: dict[str, Any]) -> None:
+def test_options_for_one_process_and_options_for_several_processes_exclude_each_other(more: dict[str, Any]) -> None:
     assert run("chain(3)", in_process=True, **more).startswith("in_process: all models run in this process; leave out")

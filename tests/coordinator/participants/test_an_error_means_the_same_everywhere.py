@@ -117,14 +117,14 @@ def test_an_error_has_the_same_text_in_the_flat_simulator_in_distributed_runs_an
 
 
 @pytest.mark.parametrize("levels", [500, 2000])
-def test_models_may_be_nested_deeply(levels: int, written: Path) -> None:
+def test_devs_models_may_be_nested_deeply(levels: int, written: Path) -> None:
     reference = f"broken.py:nested({levels})"
     message = f"yard{'.c' * levels}.a at (1 s, 0): {CASES['value']}{line('value')}"
     for run in (lambda: flat(reference), lambda: run_models(reference, in_process=True), lambda: run_models(reference)):
         assert sentence(run)[0] == message
 
 
-def test_errors_in_a_building_function_are_reported(written: Path) -> None:
+def test_errors_in_a_function_that_builds_a_model_are_reported(written: Path) -> None:
     (written / "broken.py").write_text(f"{MODEL}\ndef never():\n    raise ValueError('never')\n1 / 0\n")
     with pytest.raises(
         ModelError, match=r"broken.py cannot be imported: ZeroDivisionError: division by zero \(broken.py:"

@@ -39,13 +39,13 @@ def test_a_distributed_run_writes_the_same_log_as_the_flat_simulator(build, in_p
     assert run.outcome is RunEnd.BOUND
 
 
-def test_a_run_ends_when_all_its_models_are_passive():
+def test_a_devs_run_ends_when_all_its_models_are_passive():
     run = run_models("rings:work", in_process=True)
     assert run.outcome is RunEnd.QUIET
     assert run.sim_s == 0.205  # the job that was taken at 0.18 s
 
 
-def test_a_recording_of_devs_models_holds_all_outputs(tmp_path):
+def test_the_recording_of_a_devs_run_contains_all_outputs_of_its_models(tmp_path):
     run = run_models(tokens, until=0.021, output=tmp_path / "ring.mcap", in_process=True)
     recording = Recording(tmp_path / "ring.mcap")
     text = [(e.t_ns, e.source, e.value["number"]) for e in recording.events()]
@@ -88,7 +88,7 @@ def build():
 """
 
 
-def test_a_node_that_misses_the_deadline_is_replaced(tmp_path):
+def test_a_node_that_exceeds_the_deadline_for_its_answer_is_replaced(tmp_path):
     (tmp_path / "stuck.py").write_text(STUCK)
     done = command("stuck.py:build", "--deadline", "1 s", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -103,7 +103,7 @@ def test_a_node_that_misses_the_deadline_is_replaced(tmp_path):
 
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
-def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
+def test_an_exception_in_a_model_is_reported_with_the_path_of_the_model_and_the_time(where):
     done = command("rings:failing", *where, cwd=HERE)
     assert done.returncode == 1
     line = (HERE / "rings.py").read_text().partition("1 / (2")[0].count("\n") + 1
@@ -128,7 +128,7 @@ def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
         ("builtins:dict", "builtins:dict: dict() returned dict; the function must return a Coupled"),
     ],
 )
-def test_an_object_that_is_not_a_model_is_reported(reference, sentence, monkeypatch, capsys):
+def test_an_object_that_is_not_a_devs_model_is_reported(reference, sentence, monkeypatch, capsys):
     monkeypatch.chdir(HERE)
     monkeypatch.setattr(sys, "argv", ["heavylift", "devs", reference])
     with pytest.raises(SystemExit) as ended:
@@ -139,7 +139,7 @@ def test_an_object_that_is_not_a_model_is_reported(reference, sentence, monkeypa
     assert message.count("\n") == 1
 
 
-def test_a_file_named_like_another_module_is_reported(tmp_path, monkeypatch):
+def test_a_file_with_the_name_of_another_imported_module_is_reported(tmp_path, monkeypatch):
     (tmp_path / "queue.py").write_text("")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ModelError) as message:
@@ -159,7 +159,7 @@ def test_a_script_that_runs_its_model_while_imported_is_reported(tmp_path):
     assert "runs a model when it is imported" in done.stderr.splitlines()[-1]
 
 
-def test_a_reference_to_a_function_that_builds_a_model_can_have_arguments():
+def test_a_reference_to_a_function_that_builds_a_model_can_include_arguments():
     done = command("heavylift.nodes.zoo.token_ring:ring(4, tokens=2, hold=5_000_000)", "--until", "21 ms", "--json")
     assert json.loads(done.stdout)["digest"] == run_models(tokens, until=0.021, in_process=True).digest
 
@@ -179,7 +179,7 @@ def test_nodes_that_share_a_process_give_the_log_of_the_flat_simulator():
     assert run.digest == run_models(tokens, until=0.101, in_process=True).digest
 
 
-def test_an_error_leaves_a_recording_of_all_events_before_it(tmp_path):
+def test_a_run_that_fails_leaves_a_recording_of_all_events_before_the_error(tmp_path):
     """The divider fails at its third job, whether it shares its process with who sends it or not."""
     text = []
     for number, where in enumerate([{}, {"processes": 2}, {"in_process": True}]):
@@ -192,7 +192,7 @@ def test_an_error_leaves_a_recording_of_all_events_before_it(tmp_path):
     assert text[0] == text[1] == text[2] == [(0, "frame"), (10**9, "frame")]
 
 
-def test_a_thousand_models_in_one_process_form_one_node():
+def test_a_thousand_models_placed_in_one_process_form_one_node():
     run = run_models("heavylift.nodes.zoo.token_ring:ring(1000, 1, 1000)", until=3.001e-6, in_process=True)
     assert (run.grants, run.sim_s) == (1, 3e-6)
 

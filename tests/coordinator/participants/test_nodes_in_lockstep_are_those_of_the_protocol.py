@@ -67,7 +67,7 @@ def test_random_models_give_the_same_run_in_lockstep_and_through_the_protocol(bl
     assert crossing > 1_000
 
 
-def test_a_finish_port_ends_a_run_in_lockstep_and_one_through_the_protocol_at_the_same_time() -> None:
+def test_the_port_that_ends_a_run_acts_at_the_same_time_in_lockstep_and_through_the_protocol() -> None:
     finished = 0
     for seed in FEW:
         how = {**_like(seed), "finish": ("g0", "uv"[seed % 2])}
@@ -95,7 +95,7 @@ def spoken_to(seed: int, ahead: bool = False) -> tuple[Logs, Script]:
     return logs, script
 
 
-def test_a_lockstep_run_with_events_from_outside_equals_a_flat_run_that_receives_them() -> None:
+def test_a_lockstep_run_with_events_from_outside_equals_a_run_in_the_flat_simulator_that_receives_them() -> None:
     words = 0
     for seed in FEW:
         logs, script = spoken_to(seed, ahead=seed % 2 > 0)
@@ -104,7 +104,7 @@ def test_a_lockstep_run_with_events_from_outside_equals_a_flat_run_that_receives
     assert words > 100
 
 
-def test_an_event_from_outside_before_the_safe_time_or_without_a_receiver_is_refused() -> None:
+def test_an_event_from_outside_that_comes_too_early_or_has_no_receiver_is_refused() -> None:
     simulators, couplings = parts(3, Logs(), wires=[WIRE])
     run = Lockstep(simulators, couplings, Tag(END), outside=[WIRE])
     run.advance(Tag(30))
@@ -115,7 +115,7 @@ def test_an_event_from_outside_before_the_safe_time_or_without_a_receiver_is_ref
 
 
 @pytest.mark.parametrize("microsteps", [3, 5, 8])
-def test_a_run_in_which_time_stands_still_ends_by_an_error_in_both(
+def test_a_run_in_which_time_stands_still_ends_with_an_error_in_lockstep_and_through_the_protocol(
     microsteps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Which loop is named may differ: by the protocol one node may be far ahead of another."""
@@ -131,7 +131,7 @@ def test_a_run_in_which_time_stands_still_ends_by_an_error_in_both(
     assert min(ended) > 1
 
 
-def test_a_lockstep_window_that_ignores_possible_answers_of_other_nodes_is_detected(
+def test_the_test_detects_a_lockstep_run_that_ignores_possible_answers_of_other_nodes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(lockstep, "succ", lambda tag: Tag(tag.t + 5))

@@ -79,7 +79,7 @@ def test_a_node_restored_from_its_checkpoint_reproduces_every_event_of_the_undis
     assert lives > least
 
 
-def test_a_checkpoint_that_omits_queued_inputs_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_test_detects_a_checkpoint_that_omits_the_queued_inputs_of_a_node(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(disturbed(seed)[0] == distributed(seed).logs for seed in range(5))
     monkeypatch.setattr(node_module, "sorted", lambda kept: [], raising=False)
     assert not all(disturbed(seed)[0] == distributed(seed).logs for seed in range(5))
@@ -107,7 +107,7 @@ class Secret(Atomic):
         self.hold_in(1)
 
 
-def test_a_state_that_cannot_be_saved_is_reported_and_the_node_goes_on() -> None:
+def test_a_state_that_cannot_be_saved_is_reported_and_the_node_continues_its_run() -> None:
     node = Node("secret", Simulator(Secret("secret")))
     node.hello()
     assert isinstance(node.handle(Grant(1, Tag(5), None, False, [])), GrantDone)
@@ -118,7 +118,7 @@ def test_a_state_that_cannot_be_saved_is_reported_and_the_node_goes_on() -> None
     assert isinstance(node.handle(Grant(2, Tag(9), None, False, [])), GrantDone)
 
 
-def test_bytes_that_do_not_hold_a_saved_state_are_refused() -> None:
+def test_a_checkpoint_whose_bytes_hold_no_saved_state_is_refused() -> None:
     node = Node("secret", Simulator(Secret("secret")))
     node.hello()
     assert isinstance(node.handle(Checkpoint(1, b"spoiled")), Fail)

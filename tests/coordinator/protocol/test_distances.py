@@ -41,7 +41,7 @@ def test_the_delay_along_a_chain_of_nodes_is_the_sum_of_their_lookaheads() -> No
     ]
 
 
-def test_a_node_without_lookahead_adds_a_microstep_to_the_delay() -> None:
+def test_a_node_with_zero_lookahead_adds_one_microstep_to_the_delay_along_a_path() -> None:
     couplings = [link("a", "b"), link("b", "c"), link("c", "d")]
     D, R = said_and_heard(couplings, {"a": 0, "b": 0, "c": 0, "d": 0})
     assert (D[0], R[0]) == ([None, (0, 0), (0, 1), (0, 2)], [None, (0, 1), (0, 2), (0, 3)])
@@ -49,30 +49,30 @@ def test_a_node_without_lookahead_adds_a_microstep_to_the_delay() -> None:
     assert said_and_heard(couplings, {"a": 0, "b": 0, "c": 5, "d": 0})[0][0][3] == (5, 0)
 
 
-def test_the_delay_between_nodes_is_that_of_the_shortest_path() -> None:
+def test_the_delay_between_two_nodes_is_that_of_the_path_with_the_shortest_delay() -> None:
     couplings = [link("a", "b"), link("b", "a"), link("b", "c"), link("c", "a")]
     D, _ = said_and_heard(couplings, {"a": 1, "b": 20, "c": 3})
     assert D == [[(20, 0), (0, 0), (20, 0)], [(0, 0), (1, 0), (0, 0)], [(0, 0), (1, 0), (21, 0)]]
 
 
-def test_the_delay_from_an_output_port_uses_the_lookahead_of_that_port() -> None:
+def test_the_delay_from_an_output_port_of_a_model_uses_the_lookahead_of_that_port() -> None:
     couplings = [link("a", "b", "fast"), link("a", "c", "slow"), link("c", "b")]
     D, R = distances("abc", couplings, {"a.fast": 0, "a.slow": 50, "c.o": 4}, heard="a")
     assert D == [{1: (0, 0), 2: (0, 0)}, {}, {1: (0, 0)}]
     assert R == [{1: (0, 1), 2: (50, 0)}, {}, {1: (4, 0)}]
 
 
-def test_a_model_whose_lookahead_is_infinite_reaches_no_other_model() -> None:
+def test_a_model_with_infinite_lookahead_cannot_delay_any_other_model() -> None:
     assert distances("ab", [link("a", "b")], {"a.o": NEVER}, heard="a") == ([{}, {}], [{}, {}])
 
 
-def test_a_finish_event_takes_effect_on_every_node_after_one_nanosecond() -> None:
+def test_a_message_that_ends_the_run_takes_effect_on_every_node_after_one_nanosecond() -> None:
     nodes, lookaheads = [["commander"], ["west"]], {"commander.finished": 7, "west.o": 0}
     D, R = distances(nodes, [], lookaheads, ("commander", "finished"), heard=["commander"])
     assert (D, R) == ([{0: (1, 0), 1: (1, 0)}, {}], [{1: (8, 0)}, {}])
 
 
-def test_a_delay_in_microsteps_keeps_the_time_and_a_delay_in_ns_restarts_the_microsteps() -> None:
+def test_adding_a_delay_in_microsteps_keeps_the_time_and_adding_one_in_ns_resets_the_microsteps() -> None:
     assert plus(Tag(5, 3), (0, 2)) == Tag(5, 5)
     assert plus(Tag(5, 3), (4, 2)) == Tag(9, 2)
     assert plus(Tag(5, 3), None) == plus(FOREVER, (0, 1)) == plus(Tag(5), (NEVER, 0)) == FOREVER
@@ -80,7 +80,7 @@ def test_a_delay_in_microsteps_keeps_the_time_and_a_delay_in_ns_restarts_the_mic
     assert chain((2, 1), (0, 3)) == (2, 4)
 
 
-def test_invalid_couplings_are_reported_by_name() -> None:
+def test_invalid_couplings_between_nodes_are_reported_by_name() -> None:
     with pytest.raises(ProtocolError, match=r"^coupling a\.o -> x\.i: there is no node x$"):
         distances(["a"], [link("a", "x")], {})
     with pytest.raises(

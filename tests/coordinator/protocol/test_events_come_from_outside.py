@@ -100,7 +100,7 @@ def live(seed: int, order: int, known: Script | None = None, slices: bool = True
 
 @pytest.mark.parametrize("slices", [True, False], ids=["with horizons", "as fast as it goes"])
 @pytest.mark.large(beyond=1)
-def test_a_run_with_events_from_outside_equals_a_flat_run_that_receives_them_at_the_same_times(slices: bool) -> None:
+def test_a_run_with_events_from_outside_equals_a_run_in_the_flat_simulator_that_receives_them(slices: bool) -> None:
     text = late = 0
     for seed in MODELS:
         logs, script, events = live(seed, seed, slices=slices)
@@ -114,7 +114,7 @@ def test_a_run_with_events_from_outside_equals_a_flat_run_that_receives_them_at_
     assert late > text / 2 > 300
 
 
-def test_ignoring_lookahead_in_the_earliest_time_for_events_from_outside_is_detected(
+def test_the_protocol_test_detects_a_coordinator_that_accepts_outside_events_without_regard_to_lookahead(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(OpenCoordinator, "safe", property(lambda core: core.floor))

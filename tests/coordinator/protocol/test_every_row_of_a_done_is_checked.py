@@ -115,7 +115,7 @@ def verdicts(patch: pytest.MonkeyPatch, spoil: Spoiled) -> Counter[str]:
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_each_check_of_done_messages_rejects_its_kind_of_corruption_without_help_from_other_checks(
+def test_each_check_of_done_messages_rejects_its_kind_of_corruption_without_the_other_checks(
     row: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sentence, spoil = ROWS[row]
@@ -127,7 +127,7 @@ def test_each_check_of_done_messages_rejects_its_kind_of_corruption_without_help
     assert verdicts(monkeypatch, spoil)[""] > 0.5 * text.total()
 
 
-def test_every_check_of_done_messages_has_a_test_case() -> None:
+def test_every_check_of_done_messages_has_a_case_in_the_tests() -> None:
     assert {*ROWS, "a lookahead is a time"} == {*EVENTS, *WHOLE}
 
 

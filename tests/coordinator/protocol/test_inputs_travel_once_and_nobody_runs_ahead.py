@@ -101,7 +101,7 @@ def sent(seed: int) -> list[tuple[str, Event]]:
     return message
 
 
-def test_each_input_is_sent_in_exactly_one_grant(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_coordinator_sends_each_input_of_a_node_in_exactly_one_grant(monkeypatch: pytest.MonkeyPatch) -> None:
     truth = [sent(seed) for seed in range(10)]
     assert [len(message) for message in truth] == [len(set(message)) for message in truth]
     assert sum(map(len, truth)) > 300
@@ -114,7 +114,7 @@ def test_each_input_is_sent_in_exactly_one_grant(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize("name", ["", "new_inputs_come_behind_those_that_are_kept"])
-def test_a_node_answers_before_it_handles_later_messages(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_node_answers_a_message_before_it_handles_later_messages(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The source has said 10, 20, 30 ... before b hears of 10 and speaks; c's answer of 14 comes before the 20."""
     if name:
         MUTANTS[name](monkeypatch)
@@ -126,7 +126,7 @@ def test_a_node_answers_before_it_handles_later_messages(name: str, monkeypatch:
     assert (b.heard == [(10, 10), (14, -1), (18, -1), (20, 20), (22, -1), (24, -1)]) is not bool(name)
 
 
-def test_a_grant_ends_after_a_limited_number_of_events() -> None:
+def test_a_node_returns_its_grant_after_a_limited_number_of_events() -> None:
     node = nodes_of([], Clock("a", 1))["a"]
     node.hello()
     done = node.handle(Grant(1, FOREVER, None, False, []))
@@ -134,7 +134,7 @@ def test_a_grant_ends_after_a_limited_number_of_events() -> None:
     assert (len(done.spoken), done.reached, done.next) == (SPOKEN, Tag(SPOKEN, 1), Tag(SPOKEN + 1))
 
 
-def test_a_grant_without_outputs_ends_after_a_limited_number_of_logical_times() -> None:
+def test_a_node_without_outputs_returns_its_grant_after_a_limited_number_of_logical_times() -> None:
     node = nodes_of([], Clock("a", 1, silent=True))["a"]
     node.hello()
     for gseq in (1, 2):
@@ -153,7 +153,7 @@ NETWORKS = {
 
 @pytest.mark.parametrize("network", NETWORKS)
 @pytest.mark.parametrize("bounded", [True, False])
-def test_a_model_that_sends_without_end_does_not_run_far_ahead_of_the_other_models(
+def test_a_model_that_sends_without_end_does_not_advance_far_ahead_of_the_other_models(
     network: str, bounded: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It always answers first: what it has said and others have not done exceeds the bound by a grant at most."""
@@ -174,7 +174,7 @@ def test_a_model_that_sends_without_end_does_not_run_far_ahead_of_the_other_mode
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_time_advances_in_any_model_with_the_shortest_time_grants(seed: int) -> None:
+def test_even_with_the_shortest_time_grants_time_advances_in_any_model(seed: int) -> None:
     simulators, couplings = parts(seed, {})
     nodes = {name: Node(name, simulator) for name, simulator in simulators.items()}
     core, floors = Coordinator(nodes, couplings), list[Tag]()
@@ -184,7 +184,7 @@ def test_time_advances_in_any_model_with_the_shortest_time_grants(seed: int) -> 
     assert core.over is not None or floors[-1].t > floors[len(floors) // 2].t
 
 
-def test_samples_sent_by_a_working_node_allow_the_release_of_earlier_events_of_other_nodes() -> None:
+def test_samples_from_a_node_that_is_still_computing_allow_earlier_events_of_other_nodes_to_be_released() -> None:
     """a is at 700 in a grant without an end: what b has said up to there leaves, and nothing of a's can come before."""
     left: list[int] = []
     core = Coordinator("ab", [], on_event=lambda event: left.append(event.t))

@@ -173,7 +173,7 @@ def anything(r: Random) -> dict[str, Any]:
     return {field: r.choice(values) for field in fields}
 
 
-def test_any_field_value_arrives_unchanged_or_is_refused_with_the_same_error() -> None:
+def test_any_value_in_a_message_field_arrives_unchanged_or_is_refused_with_the_same_error() -> None:
     r, arrived, refused = Random(1), 0, 0
     for _ in range(500):
         fields = anything(r)
@@ -184,12 +184,12 @@ def test_any_field_value_arrives_unchanged_or_is_refused_with_the_same_error() -
     assert arrived + refused == 500
 
 
-def test_an_int_in_a_float_field_arrives_as_a_float() -> None:
+def test_an_integer_in_a_message_field_of_type_float_arrives_as_a_float() -> None:
     assert flat({"real": 3, "point": Point(2)}) == apart({"real": 3, "point": Point(2)})
     assert [(type(x.real), type(x.point.x)) for x in heard if isinstance(x, Everything)] == [(float, float)]
 
 
-def test_a_message_type_that_cannot_be_decoded_is_refused_with_its_port() -> None:
+def test_a_message_type_that_cannot_be_decoded_is_refused_with_the_port_that_uses_it() -> None:
     class Level(Enum):
         LOW = 0.5
 

@@ -45,7 +45,7 @@ def shared(seed: int) -> Run:
     return distributed(seed, seed, cut=seed % 2 > 0, tight=seed % 5 < 2, build=_build(seed), together=seed)
 
 
-def test_random_distributions_over_processes_give_the_log_of_the_flat_run_and_the_same_events() -> None:
+def test_any_distribution_of_models_over_processes_gives_the_log_and_events_of_the_flat_simulator() -> None:
     inside = 0
     for seed in MODELS:
         run = shared(seed)
@@ -56,7 +56,7 @@ def test_random_distributions_over_processes_give_the_log_of_the_flat_run_and_th
     assert inside > 1_000
 
 
-def test_a_finish_port_ends_the_run_at_the_same_time_in_all_placements() -> None:
+def test_the_port_that_ends_a_run_acts_at_the_same_time_in_all_placements_of_nodes() -> None:
     finished = 0
     for seed in MODELS:
         finish = [*_build(seed)(seed).children][seed % 2], "uv"[seed % 2]
@@ -162,7 +162,7 @@ MUTANTS = [
 
 
 @pytest.mark.parametrize("mutant", MUTANTS)
-def test_comparison_with_the_flat_run_detects_deliberate_faults_in_nodes_of_several_models(
+def test_comparison_with_the_flat_simulator_detects_errors_planted_in_nodes_with_several_models(
     mutant: Callable[[Patch], None], monkeypatch: Patch
 ) -> None:
     mutant(monkeypatch)
@@ -181,7 +181,7 @@ def relayed() -> list[tuple[Tag, int]]:
 
 
 @pytest.mark.parametrize("mutant", [no_way_leads_from_model_to_model_within_a_node, inner_ports_are_on_no_way])
-def test_a_node_of_several_models_waits_for_the_events_between_them(
+def test_a_node_does_not_advance_past_events_between_its_own_models(
     mutant: Callable[[Patch], None], monkeypatch: Patch
 ) -> None:
     assert relayed() == [(Tag(5, 2), 100)]
@@ -193,7 +193,7 @@ def test_a_node_of_several_models_waits_for_the_events_between_them(
         relayed()
 
 
-def test_an_error_about_very_many_models_names_only_some() -> None:
+def test_an_error_message_about_very_many_models_names_only_some_of_them() -> None:
     assert together(["a"]) == "a"
     assert together(["a", "b", "c", "d"]) == "a, b, c, d"
     assert together([f"m{i}" for i in range(1024)]) == "m0, m1, m2 and 1021 others"

@@ -33,7 +33,7 @@ def test_no_grant_is_sent_before_all_nodes_have_sent_hello() -> None:
     assert [name for name, _ in core.ready()] == ["a", "b"]
 
 
-def test_a_committed_offer_enters_the_bag_of_its_receiver_at_its_own_logical_time() -> None:
+def test_a_committed_output_reaches_its_receiver_at_the_logical_time_of_the_output() -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(5, [event(5, "b")]))
@@ -45,7 +45,7 @@ def test_a_committed_offer_enters_the_bag_of_its_receiver_at_its_own_logical_tim
     assert core.ready() == []
 
 
-def test_before_its_first_input_a_node_delays_others_by_more_than_its_lookahead() -> None:
+def test_a_node_that_waits_for_its_first_input_delays_other_nodes_by_more_than_its_lookahead() -> None:
     core = Coordinator(["a", "b", "c"], [("a", "out", "b", "into"), ("b", "out", "c", "into")])
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t, b=10))
@@ -53,14 +53,14 @@ def test_before_its_first_input_a_node_delays_others_by_more_than_its_lookahead(
     assert dict(core.ready())["c"].until == Tag(15)
 
 
-def test_nodes_do_not_wait_for_silent_nodes_whose_next_message_can_only_come_later() -> None:
+def test_a_node_does_not_wait_for_silent_nodes_that_can_only_send_later_messages() -> None:
     core = Coordinator(["a", "b"], PAIR)
     for name in ("a", "b"):
         core.hello(name, Hello(Tag(5), [], Tag(5)))
     assert [name for name, _ in core.ready()] == ["a", "b"]
 
 
-def test_an_earlier_input_voids_an_offer_that_is_not_committed() -> None:
+def test_an_earlier_input_cancels_an_offered_output_that_is_not_yet_committed() -> None:
     core = Coordinator(["a", "b"], [Coupling("a", "out", "b", "into")])
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(7, [event(7, "b")]))
@@ -69,7 +69,7 @@ def test_an_earlier_input_voids_an_offer_that_is_not_committed() -> None:
     assert grants["b"].inputs == [event(5)]
 
 
-def test_events_are_released_in_total_order_once_no_earlier_one_is_possible() -> None:
+def test_events_are_released_in_total_order_as_soon_as_no_earlier_event_is_possible() -> None:
     left: list[Event] = []
     core = Coordinator(["a", "b"], [], on_event=left.append)
     core.hello("a", hello(5, [event(5)]))
@@ -85,7 +85,7 @@ def test_events_are_released_in_total_order_once_no_earlier_one_is_possible() ->
 
 
 @pytest.mark.parametrize("order", range(5))
-def test_a_run_ends_at_a_finish_event_at_its_time_bound_or_when_all_nodes_are_passive(order: int) -> None:
+def test_a_run_ends_at_its_time_bound_or_at_its_ending_message_or_when_all_nodes_are_passive(order: int) -> None:
     message: list[Event] = []
     nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
     core = Coordinator(["a", "b"], PAIR, Tag(9), on_event=message.append)
@@ -109,7 +109,7 @@ def test_a_run_ends_at_a_finish_event_at_its_time_bound_or_when_all_nodes_are_pa
     assert a.heard[-1] == (Tag(9, 1), 100)
 
 
-def test_a_repeated_grant_is_answered_with_the_stored_done_message() -> None:
+def test_a_node_answers_a_repeated_grant_with_its_stored_done_message() -> None:
     (node,) = started(Clockwork("a", [5, 7]))
     node.hello()
     grant = Grant(1, Tag(6), None, True, [])
@@ -122,7 +122,7 @@ def test_a_repeated_grant_is_answered_with_the_stored_done_message() -> None:
         node.handle(Grant(3, Tag(9), None, False, []))
 
 
-def test_inputs_after_the_time_of_a_done_message_stay_with_the_coordinator() -> None:
+def test_a_node_does_not_process_inputs_later_than_the_time_of_its_done_message() -> None:
     (node,) = started(Clockwork("a", delay=0))
     node.hello()
     inputs = [event(t, "b") for t in (5, 6)]
@@ -142,7 +142,7 @@ def test_the_digest_depends_on_every_event_and_on_their_order() -> None:
     assert hashes[0] == hashes[1] != hashes[2]
 
 
-def test_a_run_begins_with_welcome_and_ends_with_stop_messages() -> None:
+def test_the_first_message_of_a_run_is_welcome_and_the_last_is_stop() -> None:
     ends: list[Tag] = []
 
     def finish(end: Tag) -> str:
@@ -161,7 +161,7 @@ def test_a_run_begins_with_welcome_and_ends_with_stop_messages() -> None:
             node.handle(message)
 
 
-def test_the_last_message_of_a_node_reports_the_largest_lookahead_that_each_port_could_have_declared() -> None:
+def test_the_last_message_of_a_node_reports_the_largest_lookahead_that_its_ports_could_have_declared() -> None:
     class Slow(Atomic):
         into, out, other = In(Word), Out(Word, lookahead=10), Out(Word)
 

@@ -22,7 +22,7 @@ PATIENCE = 20_000  # decisions after which a mutant counts as stuck; no model ne
 truth = cache(flat)
 
 
-def test_logs_equal_the_flat_run_for_any_message_order_grant_size_and_lookahead() -> None:
+def test_distributed_runs_log_as_the_flat_simulator_for_any_message_order_and_grant_size_and_lookahead() -> None:
     transitions = confluent = crossing = 0
     for seed in MODELS:
         runs = [
@@ -41,7 +41,7 @@ def test_logs_equal_the_flat_run_for_any_message_order_grant_size_and_lookahead(
     assert crossing > 3_000
 
 
-def test_a_finish_event_ends_the_run_at_its_time_and_no_node_advances_beyond_it() -> None:
+def test_no_node_advances_beyond_the_time_of_the_message_that_ends_the_run() -> None:
     finished = 0
     for seed in FEW:
         whole = distributed(seed)
@@ -83,7 +83,7 @@ def told(seed: int) -> bool:
 
 @pytest.mark.parametrize("name", MUTANTS)
 @pytest.mark.large(beyond=8)
-def test_comparison_with_the_flat_run_detects_deliberate_faults_in_the_protocol(
+def test_comparison_with_the_flat_simulator_detects_errors_planted_in_the_time_protocol(
     name: str, impatient: pytest.MonkeyPatch
 ) -> None:
     MUTANTS[name](impatient)
@@ -91,10 +91,10 @@ def test_comparison_with_the_flat_run_detects_deliberate_faults_in_the_protocol(
     assert [next(found, None) is not None for _ in range(ENOUGH)] == [True] * ENOUGH
 
 
-def test_comparison_with_the_flat_run_detects_outputs_delayed_by_one_microstep() -> None:
+def test_comparison_with_the_flat_simulator_detects_a_protocol_that_delays_outputs_by_one_microstep() -> None:
     assert sum(wave(seed) != truth(seed) for seed in FEW) > 10
 
 
-def test_a_grant_excludes_its_end_time() -> None:
+def test_a_node_advances_up_to_the_end_of_its_grant_but_not_to_it() -> None:
     logs: Logs = distributed(3).logs
     assert all(line.tag.t < END for log in logs.values() for line in log)

@@ -89,14 +89,14 @@ def test_a_zero_delay_cycle_inside_another_cycle_is_reported_by_name(order: int)
 
 
 @pytest.mark.parametrize("rests", [1, 2, 7])
-def test_a_node_that_reaches_the_microstep_limit_by_messages_is_reported_by_name(rests: int) -> None:
+def test_nodes_that_reach_the_microstep_limit_by_exchanging_messages_are_reported_by_name(rests: int) -> None:
     assert ended([Player("a", serve=ms(5), rests=rests), Player("b")], ways("a", "b")).endswith(
         ", 200): zero-time loop between nodes, 200 microsteps in which no time passes: "
         "a.out -> b.into, b.out -> a.into; let one of them hold for more than 0 ns" + LONGER
     )
 
 
-def test_a_zero_delay_loop_inside_a_node_is_reported_with_its_atomic_models() -> None:
+def test_a_cycle_without_delay_inside_one_node_is_reported_with_its_atomic_models() -> None:
     pair = Coupled("pair")
     left, right = pair.add(Player("left", serve=ms(5))), pair.add(Player("right"))
     pair.connect(left.out, right.into)
@@ -133,7 +133,7 @@ class Chatterbox:
         self.next_time = self.quiet = succ(tag)
 
 
-def test_a_node_without_a_microstep_limit_of_its_own_is_reported_by_name() -> None:
+def test_a_node_without_a_microstep_limit_of_its_own_is_reported_by_name_if_time_stands_still() -> None:
     wires = ways("a", "b")
     core = Coordinator(["a", "b"], wires, microsteps=LIMIT)
     nodes = [Node("a", Chatterbox()), Node("b", Simulator(Player("b", rests=10**6), microsteps=10**6, wires=wires))]

@@ -79,24 +79,24 @@ def test_simultaneous_events_are_ordered_by_source_whichever_node_answers_first(
         assert [event.source for event in grants["c"].inputs] == ["a", "b", "d"]
 
 
-def test_a_message_wakes_a_passive_node() -> None:
+def test_a_message_causes_a_transition_of_a_passive_model() -> None:
     log = lines(Coordinator("ab", ONE_WAY), Timer("a", 5, 9), Timer("b"))
     assert log["b"] == [(5, 0, "e", [1]), (9, 0, "e", [2])]
 
 
-def test_a_node_whose_next_tag_equals_that_of_a_message_is_confluent() -> None:
+def test_a_node_that_has_an_event_at_the_time_of_a_message_makes_a_confluent_transition() -> None:
     for order in range(6):
         log = lines(Coordinator("ab", ONE_WAY), Timer("a", 5), Timer("b", 5), order=order)
         assert log["b"] == [(5, 0, "c", [1])]
 
 
-def test_a_node_that_reschedules_with_zero_delay_is_imminent_one_microstep_later() -> None:
+def test_a_model_that_schedules_its_next_event_with_zero_delay_has_it_one_microstep_later() -> None:
     for order in range(6):
         log = lines(Coordinator("ab", ONE_WAY), Timer("a", 5, 5, 5), Timer("b", 5, 5), order=order)
         assert log["b"] == [(5, 0, "c", [1]), (5, 1, "c", [2]), (5, 2, "e", [3])]
 
 
-def test_a_run_ends_at_its_time_bound_although_messages_for_later_times_are_pending() -> None:
+def test_a_run_ends_at_its_time_bound_even_if_messages_for_later_times_are_pending() -> None:
     left: list[Event] = []
     core = Coordinator("ab", [], Tag(9), on_event=left.append)
     core.hello("a", Hello(Tag(5), [event(5)], Tag(5)))
@@ -106,7 +106,7 @@ def test_a_run_ends_at_its_time_bound_although_messages_for_later_times_are_pend
     assert (core.ready(), core.over, left) == ([], RunEnd.BOUND, [event(5)])
 
 
-def test_messages_after_the_time_of_a_finish_event_are_not_delivered() -> None:
+def test_messages_later_than_the_event_that_ends_the_run_are_not_delivered() -> None:
     left: list[Event] = []
     core = Coordinator("ab", ONE_WAY, finish=("a", "out"), on_event=left.append)
     log = lines(core, Timer("a", 5, 5, 6), Timer("b", 7))
@@ -114,7 +114,7 @@ def test_messages_after_the_time_of_a_finish_event_are_not_delivered() -> None:
     assert log["b"] == [(5, 0, "e", [1]), (5, 1, "e", [2])]
 
 
-def test_repeated_grants_are_answered_with_the_stored_done_message_which_counts_once() -> None:
+def test_a_repeated_grant_gets_the_stored_done_message_which_the_coordinator_counts_once() -> None:
     timer = Timer("a", 5)
     node = Node("a", Simulator(timer))
     core = Coordinator("a", [])
@@ -133,7 +133,7 @@ def test_repeated_grants_are_answered_with_the_stored_done_message_which_counts_
     assert str(error.value) == "a got GRANT 4 after GRANT 1"
 
 
-def test_a_second_hello_is_refused() -> None:
+def test_a_node_that_sends_hello_twice_is_refused() -> None:
     core = Coordinator("ab", ONE_WAY)
     core.hello("a", Hello(Tag(5), [], Tag(5, 1)))
     with pytest.raises(ProtocolError) as error:
@@ -141,7 +141,7 @@ def test_a_second_hello_is_refused() -> None:
     assert str(error.value) == "a sent HELLO twice: two nodes have this name, or an earlier process has reconnected"
 
 
-def test_a_message_in_the_past_is_refused_with_its_port() -> None:
+def test_a_message_sent_into_the_past_is_refused_with_its_port() -> None:
     core = Coordinator("ab", [("a", "out", "b", "into"), ("b", "out", "a", "into")])
     core.hello("a", Hello(Tag(5), [event(5)], Tag(5)))
     core.hello("b", Hello(FOREVER, [], FOREVER, {"b.out": 10, "b.quick": 0}))
@@ -162,13 +162,13 @@ def test_a_message_that_arrives_too_late_is_refused_with_its_sender() -> None:
     assert fail.sentence == "b at (0.000000007 s, 0): message from a.out is late: due at (0.000000006 s, 0)"  # type: ignore[union-attr]
 
 
-def test_delaying_outputs_by_a_microstep_would_miss_the_confluent_transition() -> None:
+def test_outputs_delayed_by_a_microstep_would_prevent_a_confluent_transition() -> None:
     """Two nodes, one message: b's own event and a's message meet at (5, 0); at (5, 1) b has moved alone already."""
     log = lines(Coordinator("ab", ONE_WAY), Timer("a", 5), Timer("b", 5))
     assert log["b"] == [(5, 0, "c", [1])] != [(5, 0, "i", []), (5, 1, "e", [1])]
 
 
-def test_granting_time_up_to_the_next_event_plus_lookahead_would_let_messages_arrive_late(
+def test_grants_up_to_the_next_event_plus_lookahead_would_let_messages_arrive_too_late(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Two nodes, one message: a is due at 5 since the start, and its lookahead of 10 says nothing of that."""

@@ -7,7 +7,7 @@ from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Tag
 
 
-def test_forbidden_messages_of_a_node_are_refused() -> None:
+def test_messages_that_the_protocol_forbids_to_nodes_are_refused() -> None:
     core = Coordinator(["a", "b"], PAIR)
     with pytest.raises(ProtocolError, match=r"^x is not a node of this run; its nodes are a, b$"):
         core.hello("x", hello(1))
@@ -33,7 +33,7 @@ def test_forbidden_messages_of_a_node_are_refused() -> None:
 
 
 @pytest.mark.parametrize(("reached", "then"), [(Tag(6), Tag(8)), (Tag(5, 1), Tag(4))])
-def test_a_done_message_covers_exactly_the_events_of_its_grant(reached: Tag, then: Tag) -> None:
+def test_a_done_message_of_a_node_covers_exactly_the_events_of_its_last_grant(reached: Tag, then: Tag) -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t))
@@ -68,7 +68,7 @@ def test_a_late_message_ends_the_run_and_is_reported_by_name() -> None:
     assert fail.sentence == "a at (0.000000005 s, 0): message from b.out is late: due at (0.000000004 s, 0)"
 
 
-def test_an_exception_in_a_model_becomes_a_fail_message_with_sentence_and_traceback() -> None:
+def test_an_exception_in_model_code_becomes_a_fail_message_with_sentence_and_traceback() -> None:
     class Broken(Clockwork):
         def internal(self) -> None:
             raise ValueError("no rope")

@@ -82,7 +82,7 @@ def test_verification_reports_the_first_sample_that_deviates(lift: Path, tmp_pat
     assert (message.recorded, message.now) == (signal.values[7, 1] + 0.5, signal.values[7, 1])
 
 
-def test_the_exit_code_of_a_verification_reports_its_success(
+def test_a_verification_reports_its_success_by_its_exit_code(
     lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
 ) -> None:
     digest = Recording(lift).result["digest"]

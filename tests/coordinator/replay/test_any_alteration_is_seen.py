@@ -227,7 +227,9 @@ def test_any_alteration_of_a_recording_is_detected(alter: Alter, lift: Path, tmp
             assert not outcome.digest
 
 
-def test_comparing_recordings_reports_the_number_of_missing_rows_of_each_topic(lift: Path, tmp_path: Path) -> None:
+def test_the_comparison_of_two_recordings_reports_the_number_of_missing_rows_of_each_topic(
+    lift: Path, tmp_path: Path
+) -> None:
     def drop(parts: Parts) -> None:
         for i in reversed(parts.rows()[10:15]):
             del parts.messages[i : i + 2]

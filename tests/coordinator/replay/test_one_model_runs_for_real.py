@@ -15,7 +15,7 @@ from heavylift.nodes.models.parts import DriveActor, Order
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"
 
 
-def test_every_model_replayed_alone_repeats_its_recorded_outputs(recorded: RecordedRun) -> None:
+def test_every_recorded_model_that_is_replayed_alone_repeats_its_outputs(recorded: RecordedRun) -> None:
     assert list(recorded.cast.models) == [
         "crane/crane", "loader/loader-1", "loader/loader-2", "loader/loader-3", "block", "commander", "kernel",
     ]  # fmt: skip
@@ -27,7 +27,9 @@ def test_every_model_replayed_alone_repeats_its_recorded_outputs(recorded: Recor
     assert heard == len(recorded.events), "each event is that of one model"
 
 
-def test_replaying_one_model_executes_its_present_code(recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_replaying_one_model_runs_its_present_code_and_not_the_recorded_one(
+    recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
     halt = DriveActor.halt
     late: list[int] = []
 
@@ -45,7 +47,7 @@ def test_replaying_one_model_executes_its_present_code(recorded: RecordedRun, mo
     assert single(recorded, "block").same, "who has not changed does not deviate"
 
 
-def test_a_change_of_gravity_shows_in_the_first_sample_of_the_replayed_kernel(
+def test_a_replayed_kernel_with_changed_gravity_differs_from_the_recording_in_the_first_sample(
     recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     make = Simulation.__init__

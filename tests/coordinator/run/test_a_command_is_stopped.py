@@ -16,7 +16,7 @@ CODES = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIG
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT], ids=lambda n: n.name)
 @pytest.mark.large(beyond=2)
-def test_an_interrupted_run_shuts_down_in_order(number, where, tmp_path, monkeypatch):
+def test_an_interrupted_run_ends_all_processes_and_completes_its_recording(number, where, tmp_path, monkeypatch):
     (tmp_path / "tmp").mkdir()
     monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
     run = start(tmp_path, "run", "lift", "--rate", "4", *where)
@@ -40,7 +40,7 @@ signal.raise_signal(signal.SIGHUP)
 """
 
 
-def test_a_signal_that_was_ignored_at_the_start_of_a_command_stays_ignored():
+def test_a_command_keeps_ignoring_an_operating_system_signal_that_was_ignored_at_its_start():
     assert subprocess.run([sys.executable, "-c", IGNORANT], capture_output=True, timeout=PATIENCE_s).returncode == 0
 
 
@@ -57,7 +57,7 @@ Stopping().end(process=True)
 
 
 @pytest.mark.parametrize("name", [number.name for number in CODES])
-def test_a_signal_after_the_end_of_a_command_changes_nothing(name):
+def test_an_operating_system_signal_after_the_end_of_a_command_changes_nothing(name):
     """Neither while Python waits for threads nor while it tears itself down."""
     ended = subprocess.run([sys.executable, "-c", ENDED.format(name=name)], capture_output=True, timeout=PATIENCE_s)
     assert (ended.returncode, ended.stderr) == (0, b"")
@@ -106,7 +106,7 @@ except KeyboardInterrupt as error:
 
 
 @pytest.mark.parametrize("how", ["finalizer", "weak_reference", "collector", "foreign_code", "bare_except"])
-def test_a_signal_whose_exception_python_discards_is_raised_again(how):
+def test_an_operating_system_signal_whose_exception_python_discards_is_raised_again(how):
     done = subprocess.run(
         [sys.executable, "-c", LOSING.replace("HOW", how)], capture_output=True, text=True, timeout=PATIENCE_s
     )
@@ -134,7 +134,7 @@ except KeyboardInterrupt as error:
 """
 
 
-def test_a_signal_during_the_start_of_a_process_is_handled_after_the_start():
+def test_an_interrupt_during_the_start_of_a_process_is_handled_after_the_start():
     done = subprocess.run([sys.executable, "-c", HELD], capture_output=True, text=True, timeout=PATIENCE_s)
     started, stopped = done.stdout.splitlines()
     assert stopped == "SIGTERM"
@@ -153,7 +153,7 @@ cli.main()
 
 
 @pytest.mark.parametrize("number", CODES, ids=lambda n: n.name)
-def test_repeated_signals_while_a_process_ends_change_nothing(number):
+def test_repeated_interrupts_while_a_process_ends_have_no_effect(number):
     code = AGAIN.replace("NUMBER", number.name)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.returncode, done.stderr) == (130, "heavylift: stopped\n")
@@ -189,7 +189,7 @@ with LocalHub(["west"]) as hub:
 """
 
 
-def test_a_signal_during_a_queue_operation_loses_no_message():
+def test_an_interrupt_during_a_queue_operation_loses_no_message():
     done = subprocess.run([sys.executable, "-c", PUT], capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.stdout, done.stderr) == ("SIGTERM\nSIGTERM\n[('west', b'a batch')] b'a message'\n", "")
 

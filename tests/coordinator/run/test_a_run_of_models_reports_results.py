@@ -68,7 +68,9 @@ TRUTH = {
 @pytest.mark.large(beyond=4)
 @pytest.mark.parametrize("where", [HERE, {}, {"places": ["frame,processor=yard"]}], ids=["here", "apart", "placed"])
 @pytest.mark.parametrize("end", ENDS)
-def test_results_of_models_do_not_depend_on_their_process(end: str, where: dict[str, Any], tmp_path: Path) -> None:
+def test_the_results_of_a_model_do_not_depend_on_the_process_in_which_it_runs(
+    end: str, where: dict[str, Any], tmp_path: Path
+) -> None:
     outcome, arrivals, solutions, seconds = TRUTH[end]
     run = run_models(work, output=tmp_path / "run.mcap", **ENDS[end], **where)
     assert run.outcome is outcome
@@ -81,7 +83,7 @@ def test_results_of_models_do_not_depend_on_their_process(end: str, where: dict[
     assert recorded["workshop.frame.transducer"]["value"] == {"arrivals": arrivals, "solutions": solutions}
 
 
-def test_a_flat_simulator_returns_results_and_can_continue() -> None:
+def test_a_flat_simulator_returns_the_results_of_its_models_and_can_continue() -> None:
     assert flat(work()) == run_models(work, **HERE).results
     assert flat(work(), seconds(5), seconds(5)) == run_models(work, until=5.0, **HERE).results
     simulator = Simulator(work())
@@ -122,13 +124,13 @@ def test_an_invalid_result_of_a_model_is_reported_with_model_path_and_time(resul
     assert str(message.value).startswith(f"yard.one at (7 s, 0): {sentence}")
 
 
-def test_an_invalid_finish_port_is_refused() -> None:
+def test_an_invalid_name_of_the_port_that_ends_a_run_is_refused() -> None:
     for stop in ("processor.into", "frame.transducer.stop", "done"):
         with pytest.raises(ModelError, match=rf"^--stop {stop}: no child of workshop has this out port; "):
             run_models(work, stop=stop, **HERE)
 
 
-def test_a_script_defines_messages_and_runs_its_model(tmp_path: Path) -> None:
+def test_a_python_script_can_define_messages_and_run_its_model(tmp_path: Path) -> None:
     script = tmp_path / "study.py"
     script.write_text(
         "from heavylift import run_models\n"

@@ -77,7 +77,7 @@ BlockSupports.notice = notice
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
 @pytest.mark.large(beyond=1)
-def test_a_mistake_in_a_model_is_reported_with_its_model_and_its_time(tmp_path, where):
+def test_an_error_in_model_code_is_reported_with_the_path_of_the_model_and_the_time(tmp_path, where):
     """Python imports `sitecustomize` before anything else: the supports of every process have the mistake."""
     (tmp_path / "mistake").mkdir()
     (tmp_path / "mistake" / "sitecustomize.py").write_text(MISTAKE)
@@ -106,7 +106,7 @@ def test_no_node_outlives_a_killed_coordinator(tmp_path):
 
 
 @pytest.mark.large
-def test_a_second_run_cannot_overwrite_a_file_being_written_and_the_first_continues(tmp_path):
+def test_a_second_run_cannot_overwrite_a_recording_in_progress_and_the_first_run_continues(tmp_path):
     first = start(tmp_path, "run", "turnover", "-o", "both.mcap")
     until(first, "take up slack")
     code, _, error = finish(tmp_path, "run", "lift", "-o", "both.mcap", "--force")
@@ -194,7 +194,7 @@ def test_an_invalid_command_line_is_reported_in_one_sentence(tmp_path):
 
 
 @pytest.mark.parametrize("arguments", [["doctor", "--help"], ["--help"]])
-def test_a_full_disk_under_redirected_output_is_reported_in_one_sentence(tmp_path, arguments):
+def test_a_full_disk_is_reported_in_one_sentence_if_the_output_of_a_command_is_redirected_to_it(tmp_path, arguments):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run([HEAVYLIFT, *arguments], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 1

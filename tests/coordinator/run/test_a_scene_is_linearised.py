@@ -42,7 +42,7 @@ def test_linearising_a_bundled_crane_gives_the_pendulum_mode_of_its_load():
     assert complex(follows(s) * s**2) == pytest.approx(1.0, abs=2e-2)
 
 
-def test_a_scene_can_be_linearised_in_motion_and_at_rest():
+def test_a_scene_can_be_linearised_at_rest_and_during_motion():
     at_start = heavylift.linearise(CRANE, [], ["joint/position/hook.angle"], at=0.0)
     assert frequencies(at_start) == pytest.approx([(G / 5.0 * np.cos(0.3)) ** 0.5], rel=1e-12)
     assert at_start.outputs[0].value == 0.3
@@ -68,7 +68,7 @@ def test_invalid_arguments_of_linearise_are_reported_in_one_sentence(arguments, 
     assert "\n" not in str(error.value)
 
 
-def test_sensitivities_can_be_called_from_python():
+def test_sensitivities_can_be_computed_from_python():
     found = heavylift.sensitivities("snatch", ["mechanism.bodies.load.mass +- 1 %"], at_once=0)
     (effect,) = found.effects[found.figures[0].name]
     assert effect.input == "mechanism.bodies.load.mass"

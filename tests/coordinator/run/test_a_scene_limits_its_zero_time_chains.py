@@ -18,7 +18,7 @@ def test_exceeding_the_microstep_limit_of_a_scene_ends_the_run(tmp_path):
     )
 
 
-def test_each_model_of_a_scene_has_the_microstep_limit_of_the_scene(tmp_path, monkeypatch):
+def test_each_model_of_a_scene_has_the_microstep_limit_stated_in_the_scene(tmp_path, monkeypatch):
     seen = set()
 
     def start(self, before=Simulator.start):

@@ -26,7 +26,9 @@ C = {"LC_ALL": "C", "PYTHONUTF8": "0"}
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("closed", CLOSED, ids=str)
 @pytest.mark.large(beyond=2)
-def test_closed_standard_streams_do_not_change_a_run(closed: tuple[int, ...], command: str, tmp_path: Path) -> None:
+def test_a_run_is_not_affected_by_closed_standard_streams(
+    closed: tuple[int, ...], command: str, tmp_path: Path
+) -> None:
     digests = []
     for name, which in ("open.mcap", ()), ("closed.mcap", closed):
         shell = " ".join(["exec", *(f"{fd}>&-" for fd in which)]) + '; exec "$@"'
@@ -70,7 +72,7 @@ def test_a_run_accepts_file_names_of_any_bytes_in_any_locale(
         assert done.returncode == 0, (command, done.stdout, done.stderr)
 
 
-def test_calls_from_python_write_text_in_any_locale(tmp_path: Path) -> None:
+def test_functions_called_from_python_write_text_files_in_any_locale(tmp_path: Path) -> None:
     folder = tmp_path / "Kräne"
     folder.mkdir()
     code = "import heavylift; heavylift.run('pendulum', 'a.mcap'); heavylift.sweep('pendulum', ['end=1 s'], into='s')"
@@ -107,7 +109,9 @@ def struck(folder: Path, number: int, point: str) -> subprocess.CompletedProcess
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda x: x.name)
-def test_a_signal_during_imports_ends_the_command_with_one_line(number: signal.Signals, tmp_path: Path) -> None:
+def test_an_interrupt_during_the_imports_of_a_command_ends_the_command_with_one_line(
+    number: signal.Signals, tmp_path: Path
+) -> None:
     points = [name for name in struck(tmp_path, number, "").stdout.split() if "." in name]
     assert len(points) > 50
     for point in [points[0], *Random(1).sample(points, 8)]:

@@ -39,7 +39,7 @@ def conversation(arrived, recorder):
     return talk
 
 
-def test_after_a_signal_every_received_batch_is_recorded_before_the_run_stops():
+def test_after_an_interrupt_every_received_batch_of_samples_is_recorded_before_the_run_stops():
     recorder = Struck()
     talk = conversation([[("kernel", b"first"), ("kernel", b"second"), ("kernel", b"third")]], recorder)
     stopping = Stopping()
@@ -52,7 +52,7 @@ def test_after_a_signal_every_received_batch_is_recorded_before_the_run_stops():
     assert talk.now.t == 3
 
 
-def test_a_run_can_be_aborted_although_a_signal_handler_of_the_program_has_lost_a_batch_of_samples():
+def test_a_run_can_be_aborted_even_if_a_signal_handler_has_lost_a_batch_of_samples():
     """Python's own handler raises wherever the run is; what follows on a batch that was lost there is left out."""
     talk = conversation([[("kernel", b"gap")]], Struck())
     with pytest.raises(Stopped, match=r"stopped by the user at 0\.000 s"):

@@ -51,7 +51,7 @@ def test_a_drive_reaches_the_requested_speed_one_control_period_later(kind):
     assert speed == pytest.approx([0.2, 0.35], abs=1e-4)
 
 
-def test_a_control_function_is_called_every_period_with_all_samples():
+def test_a_control_function_is_called_once_per_period_with_all_samples():
     calls = []
 
     def note(t, now):

@@ -76,7 +76,7 @@ def test_an_edited_model_is_loaded_anew_for_each_run(reference: str, helper: boo
     assert message[0] != message[1]
 
 
-def test_a_function_passed_as_an_object_is_loaded_from_its_edited_file(here: Path) -> None:
+def test_a_function_passed_as_a_python_object_is_loaded_again_from_its_edited_file(here: Path) -> None:
     (here / "beat_given.py").write_text(MODEL.format(helper="WAIT = 1000"))
     from beat_given import build  # type: ignore[import-not-found]
 
@@ -99,7 +99,7 @@ def test_an_edited_force_law_is_loaded_anew_for_each_run(here: Path) -> None:
             assert at_end == pytest.approx(cos(k**0.5), abs=1e-5)
 
 
-def test_edited_models_of_a_scene_are_loaded_anew_for_each_run(here: Path) -> None:
+def test_edited_model_code_of_a_scene_is_loaded_again_for_each_run(here: Path) -> None:
     (here / "cart.yaml").write_text(CART)
     (here / "upon.yaml").write_text("extends: cart.yaml\nname: upon\n")
     ends = []

@@ -50,7 +50,7 @@ READERS: dict[str, Callable[[object], object]] = {
 
 
 @pytest.mark.parametrize("kind", [str, Path])
-def test_scenes_and_recordings_can_be_named_by_text_or_path(kind: type, tmp_path: Path) -> None:
+def test_recordings_and_scenes_can_be_named_by_a_string_or_a_path_object(kind: type, tmp_path: Path) -> None:
     (tmp_path / "pendulum.yaml").write_text(TEXT)
     scene, out = kind(tmp_path / "pendulum.yaml"), kind(tmp_path / "out.mcap")
     assert isinstance(loaded(scene), LoadedScene)

@@ -67,7 +67,7 @@ def test_a_note_of_the_kernel_is_shown_in_every_output(text, word, tmp_path: Pat
     assert "note: " not in page
 
 
-def test_a_run_without_kernel_notes_shows_none(tmp_path: Path):
+def test_a_run_for_which_the_kernel_gives_no_notes_shows_no_notes(tmp_path: Path):
     path = tmp_path / "hung.mcap"
     assert run(parse(FOLLOWS), path, in_process=True).notes == ()
     assert Recording(path).notes() == []
@@ -76,7 +76,7 @@ def test_a_run_without_kernel_notes_shows_none(tmp_path: Path):
 
 @pytest.mark.parametrize("text", [MISSES, RATTLES], ids=["misses", "rattles"])
 @pytest.mark.large(beyond=1)
-def test_a_run_in_several_processes_has_the_notes_and_digest_of_a_run_in_one(text, tmp_path: Path):
+def test_a_run_in_several_processes_has_the_notes_and_the_digest_of_a_run_in_one_process(text, tmp_path: Path):
     alone = run(parse(text), tmp_path / "alone.mcap", in_process=True)
     apart = run(parse(text), tmp_path / "apart.mcap")
     assert alone.notes
@@ -97,7 +97,7 @@ def test_the_terminal_shows_a_kernel_note_at_once_and_at_the_end_of_the_run(tmp_
     assert "is out of step" in json.loads(out)["notes"][0]
 
 
-def test_a_kernel_restored_from_a_snapshot_reports_new_notes_only():
+def test_a_kernel_restored_from_a_snapshot_does_not_repeat_earlier_notes():
     """The note of the start has been told; one that rattles later is numbered on."""
     plan = parse(MISSES).plan
     message, again = list[bytes](), list[bytes]()

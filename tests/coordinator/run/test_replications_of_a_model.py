@@ -154,7 +154,7 @@ def test_an_invalid_number_of_replications_is_refused(option: str, sentence: str
 
 
 @pytest.mark.parametrize(("module", "most"), [(multi_server_queue, 40), (bouncing_ball, 35)])
-def test_each_example_model_has_at_most_its_stated_number_of_code_lines(module: object, most: int) -> None:
+def test_the_code_of_each_queueing_example_has_at_most_the_stated_number_of_lines(module: object, most: int) -> None:
     """Lines of code, without docstrings and blank lines."""
     text = Path(str(module.__file__)).read_text()  # type: ignore[attr-defined]
     documented = set[int]()

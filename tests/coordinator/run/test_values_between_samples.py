@@ -51,7 +51,7 @@ def test_dense_output_at_the_instant_of_an_event_has_values_before_and_after_it(
     assert result.at(times)["joint/position"]["j.travel"] == pytest.approx([-G / 2, -G / 8, -G / 2, -G / 8], abs=CLOSE)
 
 
-def test_dense_output_agrees_with_denser_samples() -> None:
+def test_dense_output_between_coarse_samples_agrees_with_a_run_that_has_denser_samples() -> None:
     coarse, dense = simulate("lift", until=60.0), simulate("lift", until=60.0, every=0.11)
     apart = np.flatnonzero(np.diff(dense.t) > 0)[1:]
     t = dense.t[apart]
@@ -61,7 +61,7 @@ def test_dense_output_agrees_with_denser_samples() -> None:
         assert found[name].values == pytest.approx(dense[name].values[apart], rel=1e-6, abs=CLOSE)
 
 
-def test_dense_output_at_the_requested_end_equals_the_last_sample() -> None:
+def test_dense_output_at_the_requested_end_time_equals_the_last_sample() -> None:
     """Of a scene, too, of which nothing at that very instant happens any more."""
     for what, until in ((FALLING, 1.0), ("pendulum", 1.0), ("lift", 0.3)):
         result = simulate(what, until=until)
@@ -71,7 +71,7 @@ def test_dense_output_at_the_requested_end_equals_the_last_sample() -> None:
             assert signal.values[-1] == pytest.approx(result[name].values[-1], rel=1e-6, abs=CLOSE)
 
 
-def test_events_from_simulate_agree_with_those_of_the_recording(tmp_path: Path) -> None:
+def test_the_function_simulate_returns_the_events_of_the_recorded_run(tmp_path: Path) -> None:
     recording = Recording(run("lift", tmp_path / "lift.mcap", in_process=True).recording)
     assert simulate("lift").events == recording.events()
     assert [e.t for e in recording.events()] == [e.t_ns / 1e9 for e in recording.events()]
@@ -89,7 +89,7 @@ def test_reading_dense_output_at_a_time_outside_the_run_is_refused() -> None:
         pickle.loads(pickle.dumps(result)).at(0.5)
 
 
-def test_editing_a_law_after_a_run_does_not_change_its_dense_output(own_modules: Path) -> None:
+def test_editing_a_force_law_after_a_run_does_not_change_the_dense_output_of_the_run(own_modules: Path) -> None:
     (own_modules / "pull.py").write_text("def pull(x):\n    return 1.0\n")
     system = System((BODY,), (SLIDE,), forces=(UserLaw("l", "pull.py:pull", joint="j"),))
     result = simulate(system, until=1.0)

@@ -89,7 +89,7 @@ def test_a_branch_goes_on_from_a_checkpoint_and_equals_the_run_of_the_changed_sc
     assert fact == {"of": "lift.mcap", "digest": digest(lift), "t": UP, "stage": "up"}
 
 
-def test_a_branch_of_a_branch_can_be_made(lift: Path, tmp_path: Path) -> None:
+def test_a_branch_of_a_recorded_run_can_be_branched_again(lift: Path, tmp_path: Path) -> None:
     first, _ = branched(lift, "stage up", SLOWER, out=tmp_path / "first.mcap")
     settings = [SLOWER, "stage sideways/trolleys=traverse 10 m/min by 1 m"]
     second, text = branched(first, "end of stage up", settings[1], out=tmp_path / "second.mcap")
@@ -99,7 +99,7 @@ def test_a_branch_of_a_branch_can_be_made(lift: Path, tmp_path: Path) -> None:
     assert text[0] == "continues from the checkpoint at 9.148 s", "those of the past are passed on"
 
 
-def test_a_change_that_would_act_before_the_branch_point_is_refused(lift: Path) -> None:
+def test_a_changed_order_is_refused_if_it_would_act_before_the_branch_point(lift: Path) -> None:
     message = refusal(lift, "stage up", "block.mass=310 t")
     assert "the changes affect the run before 23.680 s (stage up), at (0 s, 0) on " in message
     assert "300000.0 -> 310000.0" in message
@@ -113,7 +113,7 @@ def test_a_change_that_would_act_before_the_branch_point_is_refused(lift: Path) 
     assert "tolerance" in refusal(lift, "stage up", "accuracy=0.1 %")
 
 
-def test_a_branch_with_changed_mechanics_is_simulated_from_its_start(lift: Path, tmp_path: Path) -> None:
+def test_a_branch_whose_mechanics_are_changed_is_simulated_from_its_start(lift: Path, tmp_path: Path) -> None:
     sling = "stage sideways/when=moves done and tension of loader-1.sling-1 >= 350 kN"
     assert 'recorded nothing, now {"Order"' in refusal(lift, "end of stage up", sling), "it is watched before"
     path, text = branched(lift, "stage up", sling, out=tmp_path / "b.mcap")
@@ -170,7 +170,9 @@ def test_changes_of_a_scene_that_rule_out_a_branch_are_reported(
         RunBranch.of(lift, "stage up", [SLOWER])
 
 
-def test_a_branch_keeps_existing_files(lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_branching_a_run_does_not_overwrite_existing_files(
+    lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     mine = tmp_path / "lift.mcap"
     mine.write_bytes(lift.read_bytes())
     monkeypatch.setattr("sys.argv", ["heavylift", "branch", str(mine), "--at", "stage up", "--set", "end=30 s"])
@@ -183,7 +185,7 @@ def test_a_branch_keeps_existing_files(lift: Path, tmp_path: Path, monkeypatch: 
     ]
 
 
-def test_a_branch_of_a_recording_without_valid_checkpoints_is_run_from_the_start(
+def test_a_branch_of_a_recording_whose_checkpoints_are_damaged_is_simulated_from_the_start(
     lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Recording, "checkpoint", lambda self, at: b"\x93\x01\x02\x03")
@@ -195,7 +197,7 @@ def test_a_branch_of_a_recording_without_valid_checkpoints_is_run_from_the_start
     assert digest(path) == digest(same)
 
 
-def test_recording_checkpoints_changes_no_message_and_no_sample(
+def test_recording_checkpoints_of_nodes_does_not_change_messages_and_samples(
     lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(conversation, "KEEP_s", 0.0)
@@ -230,7 +232,7 @@ def test_a_failed_run_is_branched_from_the_point_of_failure(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("name", ["lift", "snatch", "tackle", "linkage", "trolley", "gust"])
-def test_unchanged_branches_from_random_times_have_the_digest_of_the_run(
+def test_a_branch_without_changes_from_any_time_has_the_digest_of_the_run(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(conversation, "KEEP_s", 0.0)  # a checkpoint at each GRANT of the kernel

@@ -149,7 +149,7 @@ def test_a_recording_without_checkpoint_is_resumed_from_the_start(tmp_path: Path
     assert resume(path, Beginning.of(path), in_process=True).digest == whole
 
 
-def test_resuming_a_complete_run_does_nothing(tmp_path: Path) -> None:
+def test_resuming_a_run_whose_recording_is_complete_is_refused(tmp_path: Path) -> None:
     run(load("pendulum", ["end=1 s"]), tmp_path / "pendulum.mcap", in_process=True)
     with pytest.raises(RecordingError, match=r"pendulum\.mcap: the file is complete and undamaged"):
         Beginning.of(tmp_path / "pendulum.mcap")

@@ -55,7 +55,7 @@ def test_processes_killed_at_the_start_and_end_of_a_run_are_replaced(digest: str
     assert len(set(replaced(notes))) >= 2 or point == MESSAGES  # who has said all that it had to say may die
 
 
-def test_a_message_about_a_lost_process_states_its_node_the_time_and_the_cause(digest: str) -> None:
+def test_a_message_about_a_lost_process_states_the_node_and_the_time_and_the_cause(digest: str) -> None:
     run, notes = play({60: strike("east", number=signal.SIGSEGV)})
     assert re.fullmatch(
         r"node east is replaced at t = 0\.1\d\d s: its process was ended by signal 11 \(SIGSEGV\)", *notes
@@ -63,12 +63,12 @@ def test_a_message_about_a_lost_process_states_its_node_the_time_and_the_cause(d
     assert run.digest == digest
 
 
-def test_two_processes_lost_at_once_are_replaced(digest: str) -> None:
+def test_two_node_processes_lost_at_the_same_time_are_both_replaced(digest: str) -> None:
     run, notes = play({50: strike("north", "south")})
     assert (run.digest, sorted(replaced(notes))) == (digest, ["north", "south"])
 
 
-def test_a_replacement_process_killed_while_it_repeats_earlier_messages_is_replaced(digest: str) -> None:
+def test_a_replacement_process_that_is_killed_during_its_replay_is_replaced_again(digest: str) -> None:
     message: list[int] = []
 
     def twice(hub: Troubled) -> None:
@@ -96,7 +96,7 @@ STOPPED = r"its process \d+ is stopped \(SIGSTOP\) and was not continued within 
 @pytest.mark.parametrize("point", [70, MESSAGES], ids=["run", "exit"])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "stopped"])
 @pytest.mark.large(beyond=3)
-def test_losing_the_process_manager_when_it_is_no_longer_needed_does_not_change_the_digest(
+def test_the_loss_of_the_process_manager_when_no_longer_needed_does_not_change_the_digest(
     digest: str, point: int, number: int
 ) -> None:
     run, notes = play({point: keeper(number)}, deadline=1.0)
@@ -119,7 +119,7 @@ def test_a_lost_process_manager_is_replaced_when_a_process_must_be_started(
         assert set(replaced(notes)) == {"east", "north", "south"}
 
 
-def test_a_process_manager_that_is_resumed_in_time_is_not_replaced(digest: str) -> None:
+def test_a_stopped_process_manager_that_continues_before_the_deadline_is_not_replaced(digest: str) -> None:
     def soon(hub: Troubled) -> None:
         threading.Timer(0.3, keeper(signal.SIGCONT), (hub,)).start()
 
@@ -127,7 +127,7 @@ def test_a_process_manager_that_is_resumed_in_time_is_not_replaced(digest: str) 
     assert (run.digest, replaced(notes)) == (digest, ["south"])
 
 
-def test_process_managers_lost_repeatedly_end_the_run() -> None:
+def test_a_run_ends_with_an_error_if_its_process_manager_is_lost_repeatedly() -> None:
     with pytest.MonkeyPatch.context() as patch:
         original = Processes._launch
 
@@ -158,7 +158,9 @@ def test_after_a_checkpoint_a_replacement_process_replays_fewer_messages(digest:
     assert (run.digest, len(notes)) == (digest, 8)
 
 
-def test_a_node_whose_process_is_lost_at_the_last_message_still_reports_its_results(undisturbed_run: ModelRun) -> None:
+def test_a_node_whose_process_is_lost_at_the_end_of_the_run_still_reports_its_results(
+    undisturbed_run: ModelRun,
+) -> None:
     for points in ((30, 60), range(MESSAGES - 2, MESSAGES + 1)):
         run, _ = play({point: strike("south", "east") for point in points})
         assert (run.results, len(run.results)) == (undisturbed_run.results, 3)
@@ -173,7 +175,7 @@ def test_a_process_of_several_nodes_is_replaced_with_all_of_them(undisturbed_run
     assert (run.digest, len(notes)) == (digest, 3), "from checkpoints, too"
 
 
-def test_a_run_with_replaced_processes_leaves_no_file_or_process_behind() -> None:
+def test_a_run_with_replaced_processes_leaves_no_temporary_file_or_process_behind() -> None:
     _, notes = play({30: strike("north"), 60: strike("east")})
     hub = Troubled.last
     assert len(notes) == 2

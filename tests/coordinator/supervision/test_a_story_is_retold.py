@@ -51,7 +51,7 @@ def test_the_replay_log_sends_pending_messages_after_the_answered_ones(log: Repl
     assert (log.last, log.open) == (b"GRANT 3", True)
 
 
-def test_a_checkpoint_replaces_all_earlier_messages_in_the_replay_log(log: ReplayLog) -> None:
+def test_a_checkpoint_of_a_node_replaces_all_earlier_messages_in_its_replay_log(log: ReplayLog) -> None:
     say(log, 1, 2)
     log.kept(b"CHECKPOINT 2")
     assert list(log.retell()) == [GREETING, (b"CHECKPOINT 2", b"DONE 2")]
@@ -59,7 +59,9 @@ def test_a_checkpoint_replaces_all_earlier_messages_in_the_replay_log(log: Repla
     assert list(log.retell()) == [GREETING, (b"CHECKPOINT 2", b"DONE 2"), *pairs(3)]
 
 
-def test_a_checkpoint_that_arrives_while_a_message_is_unanswered_keeps_that_message_in_the_log(log: ReplayLog) -> None:
+def test_a_checkpoint_that_arrives_while_a_message_is_unanswered_leaves_this_message_in_the_replay_log(
+    log: ReplayLog,
+) -> None:
     say(log, 1, 2)
     log.sent(b"GRANT 3")
     log.kept(b"CHECKPOINT 2")
@@ -70,7 +72,9 @@ def test_a_checkpoint_that_arrives_while_a_message_is_unanswered_keeps_that_mess
 
 
 @pytest.mark.parametrize("heard", range(5))
-def test_a_message_sent_to_a_node_during_its_replay_is_not_part_of_the_replay(log: ReplayLog, heard: int) -> None:
+def test_a_message_that_is_sent_to_a_node_during_the_replay_of_its_log_is_not_replayed(
+    log: ReplayLog, heard: int
+) -> None:
     say(log, 1, 2, 3)
     message = log.retell()
     before = [next(message) for _ in range(heard)]
@@ -79,7 +83,7 @@ def test_a_message_sent_to_a_node_during_its_replay_is_not_part_of_the_replay(lo
     assert (log.last, log.open) == (b"GRANT 4", True)
 
 
-def test_the_replay_log_is_deleted_at_the_end_of_the_run(log: ReplayLog, tmp_path: Path) -> None:
+def test_the_replay_log_of_a_node_is_deleted_at_the_end_of_the_run(log: ReplayLog, tmp_path: Path) -> None:
     say(log, 1)
     log.close()
     assert list(tmp_path.iterdir()) == []

@@ -43,7 +43,7 @@ def test_a_journal_cut_at_any_byte_gives_its_complete_entries(written: Path) -> 
         assert list(read(written)) == whole_before(place)
 
 
-def test_a_journal_is_read_up_to_the_first_flipped_bit(written: Path) -> None:
+def test_a_damaged_journal_is_read_up_to_the_first_flipped_bit(written: Path) -> None:
     data = written.read_bytes()
     for place in range(len(data)):
         for bit in range(8):
@@ -53,13 +53,13 @@ def test_a_journal_is_read_up_to_the_first_flipped_bit(written: Path) -> None:
             assert list(read(written)) == whole_before(place)
 
 
-def test_a_journal_of_zeros_has_no_entry(written: Path) -> None:
+def test_a_journal_file_that_contains_only_zeros_has_no_entry(written: Path) -> None:
     """As a file system may leave it when the power fails: the length is there, the data is not."""
     written.write_bytes(bytes(64))
     assert list(read(written)) == []
 
 
-def test_reading_a_missing_journal_gives_no_entries(tmp_path: Path) -> None:
+def test_reading_a_journal_that_does_not_exist_gives_no_entries(tmp_path: Path) -> None:
     assert list(read(tmp_path / "none.journal")) == []
 
 
@@ -75,7 +75,7 @@ def test_a_killed_writer_loses_no_journal_entry(tmp_path: Path) -> None:
     assert list(read(path)) == [i.to_bytes(4, "little") for i in range(1000)]
 
 
-def test_a_reader_of_a_growing_journal_returns_the_entries_added_since_the_last_read(tmp_path: Path) -> None:
+def test_reading_a_growing_journal_again_returns_the_entries_added_since_the_last_read(tmp_path: Path) -> None:
     with closing(Journal(tmp_path / "run.journal")) as journal:
         journal.append(b"one")
         entries = read(journal.path)
@@ -84,7 +84,7 @@ def test_a_reader_of_a_growing_journal_returns_the_entries_added_since_the_last_
         assert list(entries) == [b"two"]
 
 
-def test_restarting_a_journal_at_a_checkpoint_drops_earlier_entries(written: Path) -> None:
+def test_restarting_a_journal_at_a_checkpoint_discards_all_earlier_entries(written: Path) -> None:
     with closing(Journal(written)) as journal:
         journal.append(b"granted")
         journal.restart([b"checkpoint", b"outstanding"])
@@ -93,7 +93,7 @@ def test_restarting_a_journal_at_a_checkpoint_drops_earlier_entries(written: Pat
         assert [p.name for p in written.parent.iterdir()] == ["run.journal"]
 
 
-def test_the_journal_is_deleted_after_an_ordered_end(written: Path) -> None:
+def test_the_command_journal_is_deleted_at_the_end_of_a_run_without_failure(written: Path) -> None:
     journal = Journal(written)
     journal.append(b"last")
     journal.delete()
@@ -105,7 +105,7 @@ def test_an_unwritable_folder_for_the_journal_is_reported_by_name(tmp_path: Path
         Journal(tmp_path / "nowhere" / "run.journal")
 
 
-def test_a_signal_during_a_journal_restart_leaves_a_file_that_can_be_deleted(tmp_path: Path) -> None:
+def test_an_interrupt_during_a_restart_of_the_journal_leaves_a_file_that_can_be_deleted(tmp_path: Path) -> None:
     lines = 0
     while True:
         journal, countdown = Journal(tmp_path / "run.journal"), lines

@@ -22,7 +22,7 @@ def received(hub: Hub) -> list[tuple[str, bytes]]:
     return found
 
 
-def test_a_replaced_process_that_still_runs_refuses_new_messages_and_the_hub_ignores_those_it_sends() -> None:
+def test_a_replaced_process_that_still_runs_refuses_new_messages_and_its_own_messages_are_ignored() -> None:
     with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as old:
         hub.send("west", b"grant 1")
         assert old.receive() == ("west", b"grant 1")
@@ -55,7 +55,7 @@ def test_the_end_of_a_replaced_process_does_not_end_its_replacement() -> None:
                 hub.receive(SOON_s)
 
 
-def test_a_process_can_be_replaced_254_times() -> None:
+def test_a_node_process_can_be_replaced_254_times() -> None:
     with Hub(["west"]) as hub:
         for _ in range(254):
             hub.renew("west")

@@ -30,7 +30,7 @@ def test_a_single_clearance_below_its_limit_makes_a_row_of_a_study_red(limit: fl
         (("cranes.crane.at=1 m",), 0, 2),
     ],
 )
-def test_a_variant_has_the_same_digest_with_and_without_checks(
+def test_a_study_variant_has_the_same_digest_with_and_without_checks(
     settings: tuple[str, ...], digests: int, refused: int
 ) -> None:
     scene, variant = load("lift", ["end=1 s"]), Variant(0, settings, ())
@@ -41,7 +41,7 @@ def test_a_variant_has_the_same_digest_with_and_without_checks(
 
 
 @pytest.mark.parametrize("name", ["jib", "hall", "lift"])
-def test_only_a_row_whose_errors_were_measured_is_green(name: str) -> None:
+def test_a_study_row_is_green_only_if_the_errors_of_its_run_were_measured(name: str) -> None:
     scene = load(name, ["ask=[limits]", "accuracy=1 %"])
     first, second = (played(Task.of(scene, 60.0, "none", True), Variant(n, (), ())) for n in (0, 1))
     assert first["digest"] == second["digest"]

@@ -47,7 +47,7 @@ actions:
     )
 
 
-def test_a_key_added_to_an_action_is_written_after_the_name_of_its_stage() -> None:
+def test_a_key_added_to_an_action_by_the_workbench_is_written_after_the_name_of_its_stage() -> None:
     lines = rewritten(load("turnover").text, "turnover.yaml", {("actions", 3, "when"): "after 210 s"}).splitlines()
     at = lines.index("    when: after 210 s")
     assert lines[at - 1 : at + 2 : 2] == ["  - stage: travel", "    cranes: travel 30 m/min ramp 0.03234 m/s2 by 120 m"]

@@ -21,7 +21,7 @@ def threads():
         yield pool
 
 
-def test_a_system_is_simulated_for_all_combinations_of_its_parameters(threads):
+def test_a_system_is_simulated_for_all_combinations_of_parameter_values(threads):
     rows = tabulate(own.pendulum, {"length": [0.5, 1.0], "angle": [1e-3, 2e-3]}, executor=threads)
     assert [(r["length"], r["angle"]) for r in rows] == [(0.5, 1e-3), (0.5, 2e-3), (1.0, 1e-3), (1.0, 2e-3)]
     for row in rows:
@@ -29,7 +29,7 @@ def test_a_system_is_simulated_for_all_combinations_of_its_parameters(threads):
     assert rows[1]["end"] == pytest.approx(2.0 * rows[0]["end"], rel=SMALL)
 
 
-def test_parameters_of_a_devs_model_are_varied_and_its_results_are_columns(threads):
+def test_a_study_varies_parameters_of_a_devs_model_and_stores_its_results_as_columns(threads):
     reference = "heavylift.nodes.zoo.multi_server_queue:mmc(seed=5)"
     rows = tabulate(reference, {"c": [2, 3]}, executor=threads, until=200.0)
     for row in rows:
@@ -44,7 +44,7 @@ def test_tabulating_a_function_in_a_pool_gives_the_same_table(threads):
     assert tabulate(own.pendulum, values, workers=1) == tabulate(own.pendulum, values, executor=threads)
 
 
-def test_response_functions_are_columns_of_a_study(tmp_path, threads):
+def test_results_of_response_functions_are_columns_of_a_study(tmp_path, threads):
     reference = f"{own.__file__}:swing"
     study = sweep("pendulum", ["end={1 s, 2 s}"], into=tmp_path / "ends", executor=threads, responses={"a": reference})
     for n, end in enumerate((1.0, 2.0)):
@@ -52,7 +52,7 @@ def test_response_functions_are_columns_of_a_study(tmp_path, threads):
         assert study.rows[n]["response/a"] == own.swing(simulate(scene))
 
 
-def test_response_functions_are_named_on_the_command_line(tmp_path):
+def test_a_command_line_option_names_the_response_functions_of_a_study(tmp_path):
     words = ["sweep", "pendulum", "--vary", "end={1 s, 2 s}", "-o", str(tmp_path / "ends"), "--workers", "1"]
     given = [f"swing={own.__file__}:swing", f"twice={own.__file__}:scaled(by=2)"]
     found = CliRunner().invoke(app, [*words, *(x for text in given for x in ("--response", text))])
@@ -100,7 +100,7 @@ def test_tabulating_an_invalid_function_is_reported_in_one_sentence(arguments, s
 
 
 @pytest.mark.parametrize(("name", "shown"), [("words", "'much'"), ("endless", "inf"), ("huge", f"1{'0' * 59}")])
-def test_a_response_that_is_not_a_finite_number_is_reported_in_its_row(name, shown, tmp_path, threads):
+def test_a_response_function_that_returns_no_finite_number_is_reported_in_its_study_row(name, shown, tmp_path, threads):
     reference = f"{own.__file__}:{name}"
     study = sweep("pendulum", ["end={1 s}"], into=tmp_path / "x", executor=threads, responses={"w": reference})
     assert study.rows[0]["status"] == "failed"

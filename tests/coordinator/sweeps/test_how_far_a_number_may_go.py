@@ -52,7 +52,7 @@ def told(lift, monkeypatch: pytest.MonkeyPatch):
 
 
 @pytest.mark.parametrize("limit", [300.5, 333.3, 512.0, 899.0])
-def test_the_limit_of_an_input_lies_between_its_last_green_and_its_first_red_value(told, limit: float) -> None:
+def test_the_found_limit_of_an_input_lies_between_its_last_green_and_its_first_red_value(told, limit: float) -> None:
     found = told(lambda x: x <= limit)
     assert not found.wrong
     assert found.green <= limit < found.red
@@ -74,7 +74,9 @@ def test_a_search_downward_from_a_high_value_finds_the_lower_limit(told) -> None
     assert found.green - found.red <= 3.0
 
 
-def test_the_limit_of_a_linear_utilisation_is_found_in_one_step(lift, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_limit_search_finds_the_limit_of_a_linear_utilisation_in_one_step(
+    lift, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def played(task, variant):
         (x,) = variant.values
         row = {"use": x / 512.0, "use/hook": x / 512.0, "limit": "hook", "limit stage": "up", "limit at [s]": None}
@@ -95,7 +97,7 @@ def test_the_limit_of_a_linear_utilisation_is_found_in_one_step(lift, monkeypatc
 
 
 @pytest.mark.parametrize(("fails", "shown"), [("red", "amber"), ("undecided", "undecided: too near")])
-def test_a_search_for_limits_reports_the_state_of_each_value_it_runs(
+def test_a_limit_search_reports_the_verdict_at_each_value_that_it_runs(
     lift, monkeypatch: pytest.MonkeyPatch, fails, shown: str
 ) -> None:
     state = shown.partition(":")[0]
@@ -143,13 +145,13 @@ def test_a_search_for_a_speed_limit_keeps_swing_free_ramps() -> None:
     assert text == "actions[3].trolleys=traverse 10 m/min ramp one swing by 2 m"
 
 
-def test_the_search_for_all_limits_covers_speeds_and_inputs_of_a_scene(lift) -> None:
+def test_a_search_for_all_limits_covers_the_speeds_and_uncertain_inputs_of_a_scene(lift) -> None:
     names = limiting.askable(lift)
     assert names[:4] == ["hoist speed", "hoist accel", "trolley speed", "trolley accel"]
     assert {"block.mass", "block.com.x", "block.com.y", "block.com.z"} < set(names)
 
 
-def test_the_limits_of_several_inputs_are_in_one_table_and_on_one_page(told, lift) -> None:
+def test_limits_found_for_several_inputs_are_in_one_table_and_on_one_page(told, lift) -> None:
     found = [told(lambda x: x < 500.0), told(lambda x: True)]
     first, second = table_text(limits_table(found)).splitlines()[1:]
     assert first.split()[:1] == second.split()[:1] == ["block.mass"]
@@ -168,11 +170,11 @@ def test_the_limits_of_several_inputs_are_in_one_table_and_on_one_page(told, lif
         (lambda x: x < 400.0 or x > 700.0, "but green again at"),
     ],
 )
-def test_a_search_that_finds_no_limit_reports_why(told, green, wrong: str) -> None:
+def test_a_limit_search_that_finds_no_limit_reports_why(told, green, wrong: str) -> None:
     assert wrong in told(green).wrong
 
 
-def test_a_search_for_a_limit_ends_with_an_error_if_a_run_is_cut_at_its_time_limit(told) -> None:
+def test_a_limit_search_ends_with_an_error_if_a_run_reaches_its_limit_of_wall_time(told) -> None:
     with pytest.raises(SceneError, match="cut after 60 s"):
         told(lambda x: True, cut=True)
 
@@ -180,6 +182,6 @@ def test_a_search_for_a_limit_ends_with_an_error_if_a_run_is_cut_at_its_time_lim
 @pytest.mark.parametrize(
     "asked", ["block.mas", "stage up/all hooks/hoist", "block.mass=3 t", "block.mass=3..3 t", "block.mass=3 t..4 kg"]
 )
-def test_limits_of_inputs_that_are_not_numbers_are_refused(lift, asked: str) -> None:
+def test_a_limit_search_for_an_input_that_is_not_a_number_is_refused(lift, asked: str) -> None:
     with pytest.raises(SceneError, match=f"--of '{asked}'"):
         limiting.limits_of(lift, asked)

@@ -29,13 +29,13 @@ def found(told: list[str]):
     return planned(bare("lift", NEAR), 300.0, told.append)
 
 
-def test_the_planned_timing_of_a_lift_is_shorter_and_not_red(found) -> None:
+def test_the_planned_timing_of_a_lift_is_shorter_and_its_verdict_is_not_red(found) -> None:
     assert not found.wrong
     assert not found.run_after.verdict.red
     assert found.gain == pytest.approx(87.0, abs=0.5)  # of 137 s
 
 
-def test_the_timing_planner_halves_a_change_that_turns_the_verdict_red(found, told: list[str]) -> None:
+def test_the_timing_planner_halves_a_change_that_makes_the_verdict_red(found, told: list[str]) -> None:
     runs = [line for line in told if line.startswith("run ")]
     assert len(runs) == 5
     assert all("worst: hook load of crane.H3 was 172." in run for run in runs[1:3])
@@ -60,7 +60,7 @@ def test_the_planned_scene_keeps_its_comments_and_settings(found) -> None:
     ]
 
 
-def test_the_planned_scene_runs_as_predicted(found) -> None:
+def test_a_run_of_the_planned_scene_takes_the_predicted_time(found) -> None:
     run = play(parse(found.after.text, "lift.yaml").plan)
     assert run.digest == found.run_after.digest
 

@@ -23,7 +23,7 @@ def test_sensitivity_indices_of_a_linear_result_follow_from_its_slopes(design: s
 
 
 @pytest.mark.parametrize("design", DESIGNS)
-def test_no_statistics_are_given_for_too_few_samples(design: str) -> None:
+def test_sensitivity_indices_are_not_given_for_too_few_samples(design: str) -> None:
     few = drawn(design, FEWEST[design] - 1, 3, seed=1)
     assert indices(design, NAMES, few, few.sum(axis=1), seed=1) == []
     many = drawn(design, 500, 3, seed=1)
@@ -31,7 +31,7 @@ def test_no_statistics_are_given_for_too_few_samples(design: str) -> None:
     assert indices(design, NAMES, many, np.where(many[:, 0] > 0.9, np.nan, 1.0), seed=1) == []
 
 
-def test_the_base_rows_of_a_sobol_design_are_independent_draws_and_the_other_rows_mix_two_of_them() -> None:
+def test_base_rows_of_a_sobol_design_are_independent_draws_and_other_rows_mix_two_of_them() -> None:
     quantiles = drawn("sobol", 100, 3, seed=1)
     alone = quantiles[base_rows("sobol", len(quantiles), 3)]
     assert len(alone) == 2 * len(quantiles) // 5

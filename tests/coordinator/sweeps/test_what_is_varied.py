@@ -25,7 +25,7 @@ def settings(scene, *vary: str) -> list[tuple[str, ...]]:
     return [variant.settings for variant in planned(scene, vary).variants]
 
 
-def test_a_varied_range_of_decimal_numbers_has_exactly_its_stated_values(lift) -> None:
+def test_a_varied_range_of_decimal_numbers_contains_exactly_the_stated_values(lift) -> None:
     assert settings(lift, "block.mass=0..0.3 t by 0.1 t") == [
         ("block.mass=0 t",),
         ("block.mass=0.1 t",),
@@ -75,7 +75,7 @@ def test_a_study_can_vary_actions_and_their_parameters_by_path(setting: str, spe
 
 
 @pytest.mark.parametrize("path", ["block.at[0]", "block.at.x"])
-def test_a_study_can_vary_one_number_of_a_list_by_path(path: str) -> None:
+def test_a_study_can_vary_one_number_of_a_list(path: str) -> None:
     assert load("lift", [f"{path}=40.5 m"]).scene.block.at == (40.5, 75.0, 6.0)
 
 

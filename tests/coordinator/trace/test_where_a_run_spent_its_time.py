@@ -27,7 +27,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_trace_shows_that_the_fast_node_waits_for_the_slow_one(file: Path) -> None:
+def test_the_trace_of_a_run_shows_that_a_fast_node_waits_for_a_slow_one(file: Path) -> None:
     nodes = {node["node"]: node for node in data(Timeline(file))["nodes"]}
     slow, quick = nodes["slow"], nodes["quick"]
     assert slow["busy_s"] >= TICKS * PAUSE_s
@@ -80,7 +80,7 @@ def test_a_chain_of_waiting_nodes_in_the_trace_ends_at_the_node_that_works() -> 
     ]
 
 
-def test_the_trace_is_printed_as_tables(file: Path) -> None:
+def test_the_command_trace_prints_its_results_as_tables(file: Path) -> None:
     lines = text(Timeline(file)).splitlines()
     assert lines[0].endswith("no node was granted: the coordinator decided or recorded")
     assert [line.split()[0] for line in lines[3:5]] == ["slow", "quick"]

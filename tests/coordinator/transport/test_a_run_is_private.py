@@ -57,7 +57,7 @@ def test_a_run_finds_a_place_for_its_socket_if_the_temporary_directory_has_a_lon
         assert len(hub.directory.socket.encode()) < 104
 
 
-def test_a_ticket_is_neither_on_the_command_line_nor_in_the_environment(start: Start) -> None:
+def test_the_ticket_to_join_a_run_appears_neither_on_a_command_line_nor_in_the_environment(start: Start) -> None:
     hub, processes = start(west=())
     secret = hub.ticket("west").password.encode()
     node = Path(f"/proc/{processes.pids['west']}")
@@ -67,7 +67,7 @@ def test_a_ticket_is_neither_on_the_command_line_nor_in_the_environment(start: S
     assert (node / "fd" / "0").readlink() == Path(os.devnull)  # it was there, and has been read
 
 
-def test_two_simultaneous_runs_do_not_disturb_each_other(start: Start) -> None:
+def test_two_runs_at_the_same_time_do_not_disturb_each_other(start: Start) -> None:
     first, _ = start(west=(), east=())
     second, other = start(west=(), east=())
     assert first.run != second.run
@@ -106,7 +106,7 @@ def test_a_node_with_a_wrong_password_is_refused(monkeypatch: pytest.MonkeyPatch
             node_session(wrong)
 
 
-def test_an_observer_receives_only_events(start: Start) -> None:
+def test_an_observer_of_a_run_receives_its_events_but_no_messages_between_nodes(start: Start) -> None:
     hub, _ = start(west=())
     seen: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
 

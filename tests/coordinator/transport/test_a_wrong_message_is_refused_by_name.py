@@ -24,12 +24,12 @@ def refusal(frame: bytes) -> str:
     return str(error.value)
 
 
-def test_wire_frames_received_in_order_are_decoded_to_their_payloads() -> None:
+def test_message_frames_received_in_order_are_decoded_to_their_payloads() -> None:
     w, r = writer(), reader()
     assert [r.open(w.frame(p)) for p in (b"", b"a", b"b" * 1_000_000)] == [b"", b"a", b"b" * 1_000_000]
 
 
-def test_every_single_flipped_bit_of_a_wire_frame_is_detected() -> None:
+def test_every_single_flipped_bit_of_a_message_frame_is_detected() -> None:
     frame = writer().frame(b"grant")
     for bit in range(8 * len(frame)):
         damaged = bytearray(frame)
@@ -38,7 +38,7 @@ def test_every_single_flipped_bit_of_a_wire_frame_is_detected() -> None:
             reader().open(bytes(damaged))
 
 
-def test_a_damaged_wire_frame_is_reported() -> None:
+def test_a_damaged_message_frame_is_reported() -> None:
     frame = writer().frame(b"grant")
     assert refusal(frame[:-1] + b"T") == (
         f"node west, message 0 on 'out': a message of {len(frame)} bytes arrived damaged "
@@ -46,7 +46,7 @@ def test_a_damaged_wire_frame_is_reported() -> None:
     )
 
 
-def test_a_truncated_message_is_reported_as_damaged() -> None:
+def test_a_truncated_message_between_processes_is_reported_as_damaged() -> None:
     assert "arrived damaged" in refusal(writer().frame(b"grant" * 10)[:-7])
 
 
@@ -57,31 +57,31 @@ def test_bytes_that_are_no_heavylift_message_are_refused_with_the_name_of_the_no
     )
 
 
-def test_a_message_of_another_run_is_refused() -> None:
+def test_a_node_refuses_a_message_that_belongs_to_another_run() -> None:
     assert refusal(writer(run="feed").frame(b"")) == (
         "node west, message 0 on 'out': a message of run feed arrived in run 0123456789abcdef, "
         "end the other run's processes"
     )
 
 
-def test_a_message_of_another_node_is_refused() -> None:
+def test_a_message_frame_sent_by_another_node_is_refused() -> None:
     assert refusal(writer(node="east").frame(b"")) == (
         "node west, message 0 on 'out': a message of node east arrived in its place, "
         "each node must use its own name and key"
     )
 
 
-def test_a_message_of_another_topic_is_refused() -> None:
+def test_a_node_refuses_a_message_that_was_sent_on_another_topic() -> None:
     assert "a message of topic 'samples' arrived" in refusal(writer(topic=FrameTopic.SAMPLES).frame(b""))
 
 
-def test_a_message_of_an_earlier_process_incarnation_is_refused() -> None:
+def test_a_message_from_a_replaced_process_of_the_node_is_refused() -> None:
     assert refusal(writer(epoch=0).frame(b"")) == (
         "node west, message 0 on 'out': a message of epoch 0 arrived in epoch 1, end the node's older process"
     )
 
 
-def test_a_lost_wire_message_is_reported_by_the_gap_in_message_numbers() -> None:
+def test_a_lost_message_between_processes_is_reported_by_the_gap_in_message_numbers() -> None:
     w = writer()
     w.frame(b"lost")
     assert refusal(w.frame(b"")) == (
@@ -89,7 +89,7 @@ def test_a_lost_wire_message_is_reported_by_the_gap_in_message_numbers() -> None
     )
 
 
-def test_a_repeated_wire_message_is_reported() -> None:
+def test_a_message_that_arrives_twice_over_the_network_is_reported() -> None:
     frame, r = writer().frame(b""), reader()
     r.open(frame)
     with pytest.raises(ProtocolError, match=r"message 0 arrived out of sequence \(it had arrived before\)"):
@@ -122,7 +122,7 @@ def test_the_node_refuses_repeated_messages_of_the_hub() -> None:
 
 
 @pytest.mark.parametrize("name", ["", "west/out", "*", "event", "observer", "west crane"])
-def test_a_name_that_is_not_a_valid_key_is_refused(name: str) -> None:
+def test_a_node_name_that_is_not_a_valid_zenoh_key_is_refused(name: str) -> None:
     with pytest.raises(ProtocolError, match="cannot be used; choose 1 to 200 letters"):
         Hub([name])
 
@@ -132,7 +132,7 @@ def test_two_nodes_with_the_same_name_are_refused() -> None:
         LocalHub(["west", "east", "west"])
 
 
-def test_a_client_without_a_password_is_not_admitted() -> None:
+def test_a_client_without_a_password_is_not_admitted_to_a_run() -> None:
     with Hub(["west"]) as hub:
         endpoint = f"unixsock-stream/{hub.directory.socket}"
         config = {
@@ -144,7 +144,7 @@ def test_a_client_without_a_password_is_not_admitted() -> None:
             zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
 
 
-def test_only_undamaged_messages_of_an_earlier_process_of_the_node_count_as_outdated() -> None:
+def test_only_undamaged_messages_of_an_earlier_process_of_the_same_node_count_as_outdated() -> None:
     def spoiled(frame: bytes) -> bytes:
         return frame[:-1] + b"?"
 

@@ -8,7 +8,7 @@ from heavylift.kernel import ProtocolError
 from of_the_system import Start
 
 
-def test_each_node_process_receives_and_returns_its_own_messages(start: Start) -> None:
+def test_each_node_process_receives_and_answers_its_own_messages(start: Start) -> None:
     hub, _ = start(west=(), east=())
     for number in range(100):
         hub.send("west", b"to west %d" % number)
@@ -17,13 +17,13 @@ def test_each_node_process_receives_and_returns_its_own_messages(start: Start) -
         assert answers == {("west", b"to west %d" % number), ("east", b"to east %d" % number)}
 
 
-def test_nodes_in_fresh_interpreters_behave_like_forked_ones(start: Start) -> None:
+def test_nodes_started_in_new_interpreters_behave_like_nodes_in_forked_processes(start: Start) -> None:
     hub, _ = start(fork=False, west=())
     hub.send("west", b"x")
     assert hub.receive(5) == ("west", b"x")
 
 
-def test_a_burst_of_messages_arrives_completely(start: Start) -> None:
+def test_a_burst_of_messages_arrives_without_loss(start: Start) -> None:
     hub, _ = start(west=("burst", "20000"))
     hub.send("west", b"go")
     time.sleep(0.3)  # longer than the queues on the way can hold
@@ -32,14 +32,14 @@ def test_a_burst_of_messages_arrives_completely(start: Start) -> None:
     ]
 
 
-def test_a_large_message_passes_unchanged(start: Start) -> None:
+def test_a_large_message_to_a_node_passes_unchanged(start: Start) -> None:
     hub, _ = start(west=())
     large = bytes(range(256)) * 4096
     hub.send("west", large)
     assert hub.receive(10) == ("west", large)
 
 
-def test_samples_arrive_before_the_answer_that_follows_them(start: Start) -> None:
+def test_samples_that_a_node_sends_before_its_answer_arrive_before_the_answer(start: Start) -> None:
     hub, _ = start(west=())
     for _ in range(50):
         hub.send("west", b"sample")
@@ -54,7 +54,7 @@ def test_messages_that_a_node_sends_just_before_leaving_arrive(start: Start) -> 
     assert [hub.receive(5) for _ in range(300)][-1] == ("west", (299).to_bytes(4, "little"))
 
 
-def test_receiving_without_a_message_waits_until_the_timeout(start: Start) -> None:
+def test_waiting_for_a_message_ends_at_the_timeout_if_none_arrives(start: Start) -> None:
     hub, _ = start(west=())
     for timeout in (0.0, 0.05, 0.3):
         begin = time.monotonic()
@@ -64,7 +64,7 @@ def test_receiving_without_a_message_waits_until_the_timeout(start: Start) -> No
     assert hub.receive(5) == ("west", b"x")
 
 
-def test_nodes_of_one_process_answer_in_the_order_of_the_messages() -> None:
+def test_several_nodes_in_one_process_answer_in_the_order_of_the_messages() -> None:
     with LocalHub(["west", "kernel"]) as hub:
         for node in hub.nodes:
             link = hub.link(node)
@@ -76,7 +76,7 @@ def test_nodes_of_one_process_answer_in_the_order_of_the_messages() -> None:
             assert hub.receive() == ("west", b"%d heard" % number)
 
 
-def test_a_run_in_one_process_transmits_bursts_and_large_messages_too() -> None:
+def test_a_run_in_one_process_also_transmits_bursts_of_messages_and_large_messages() -> None:
     with LocalHub(["west"]) as hub:
         link = hub.link("west")
         for number in range(20_000):
@@ -86,7 +86,7 @@ def test_a_run_in_one_process_transmits_bursts_and_large_messages_too() -> None:
         assert hub.samples() == [("west", b"s" * 1_000_000)]
 
 
-def test_an_exception_in_a_node_of_this_process_reaches_the_coordinator() -> None:
+def test_an_exception_in_a_node_reaches_a_coordinator_in_the_same_process() -> None:
     def handle(message: bytes) -> None:
         raise ZeroDivisionError("a mass of zero")
 
@@ -97,7 +97,7 @@ def test_an_exception_in_a_node_of_this_process_reaches_the_coordinator() -> Non
             hub.receive()
 
 
-def test_receiving_messages_in_a_run_without_nodes_is_an_error() -> None:
+def test_a_run_without_nodes_reports_an_error_if_it_is_asked_to_receive_a_message() -> None:
     with LocalHub(["west"]) as hub:
         assert hub.receive(timeout=5) is None
         with pytest.raises(ProtocolError, match="no node of this process has a message to answer"):

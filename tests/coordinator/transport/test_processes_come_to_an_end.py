@@ -43,7 +43,7 @@ def test_a_killed_node_is_named_with_its_signal_and_the_simulation_time(start: S
     assert "node west is gone" in sentence(hub)  # and again, whoever asks
 
 
-def test_an_exception_in_a_node_is_reported_with_its_last_line(start: Start) -> None:
+def test_the_error_for_an_exception_in_a_node_ends_with_the_last_line_of_the_traceback(start: Start) -> None:
     hub, processes = start(west=(), east=())
     hub.send("east", b"raise")
     assert sentence(hub) == (
@@ -53,7 +53,7 @@ def test_an_exception_in_a_node_is_reported_with_its_last_line(start: Start) -> 
     assert "Traceback" in processes.output("east")
 
 
-def test_a_node_that_never_joins_is_reported_by_name(start: Start) -> None:
+def test_a_node_process_that_ends_before_joining_is_reported_by_name(start: Start) -> None:
     hub, _ = start(hello=False, west=(), east=("raise-early",))
     with pytest.raises(ProtocolError, match='exit code 1 and last wrote "ValueError: the model has no mass"'):
         hub.send("east", b"x")
@@ -73,7 +73,7 @@ def test_a_coordinator_reports_a_process_that_ended_while_the_coordinator_was_co
     assert "signal 11 (SIGSEGV)" in sentence(hub)
 
 
-def test_an_ordered_end_leaves_no_process_or_file_behind(start: Start) -> None:
+def test_a_run_that_ends_without_failure_leaves_no_process_or_temporary_file_behind(start: Start) -> None:
     hub, processes = start(west=(), east=())
     hub.dismiss(b"stop")
     processes.end()
@@ -117,7 +117,7 @@ def vanished(directory: Path) -> bool:
     return not directory.exists()
 
 
-def test_no_process_outlives_a_killed_coordinator() -> None:
+def test_all_processes_of_a_run_end_when_its_coordinator_is_killed() -> None:
     coordinator, directory, pids = launch()
     assert all(running(pid) for pid in pids)
     coordinator.kill()
@@ -183,7 +183,7 @@ def test_a_stopped_process_manager_does_not_delay_the_end(start: Start) -> None:
     assert not processes.directory.path.exists()
 
 
-def test_twelve_node_processes_start_answer_and_end() -> None:
+def test_twelve_node_processes_start_and_answer_and_end() -> None:
     nodes = [f"node{number}" for number in range(12)]
     with Processes(["echo_node"]) as processes, Hub(nodes, directory=processes.directory) as hub:
         processes.start(hub, {node: ("echo_node",) for node in nodes})

@@ -54,7 +54,7 @@ def said_again(session: zenoh.Session, hub: Hub, wire: list[bytes], *processes: 
                 session.put(key(hub.run, topic, process, process), frame)
 
 
-def test_a_frame_of_an_earlier_process_incarnation_is_dropped(hub: Hub, wire: list[bytes]) -> None:
+def test_a_message_frame_from_an_earlier_process_of_the_node_is_dropped(hub: Hub, wire: list[bytes]) -> None:
     with NodeLink(hub.ticket("west")) as first:
         spoken(hub, first, b"first")
         hub.renew("west")
@@ -66,7 +66,9 @@ def test_a_frame_of_an_earlier_process_incarnation_is_dropped(hub: Hub, wire: li
 
 
 @pytest.mark.parametrize("topic", ["out", "samples"])
-def test_a_repeated_frame_of_the_present_incarnation_ends_the_run(hub: Hub, wire: list[bytes], topic: str) -> None:
+def test_a_repeated_frame_from_the_present_process_of_a_node_ends_the_run(
+    hub: Hub, wire: list[bytes], topic: str
+) -> None:
     with NodeLink(hub.ticket("west")) as west:
         spoken(hub, west, b"grant")
         west._session.put(key(hub.run, topic, "west", "west"), wire[("in", "samples", "out").index(topic)])

@@ -63,13 +63,13 @@ def test_repeated_runs_in_one_process_leave_no_threads_files_or_memory_behind(ru
     assert after[0] - before[0] < EACH_kB * RUNS
 
 
-def test_two_simultaneous_runs_in_one_process_have_separate_sessions() -> None:
+def test_two_runs_at_the_same_time_in_one_process_have_separate_sessions() -> None:
     with LocalHub(["a"]) as one, LocalHub(["a"]) as other:
         assert one._session is not other._session
         assert [talk(hub) for hub in (one, other)] == [b"word heard"] * 2
 
 
-def test_a_run_removes_the_files_of_runs_killed_at_any_moment(tmp_path: Path) -> None:
+def test_a_new_run_removes_the_temporary_files_of_runs_that_were_killed(tmp_path: Path) -> None:
     left = {"0": [], "1": ["users"], "2": ["users", "operator", "hub.sock"], "3": ["hub.sock", "west.log"]}
     stays = {"a": ["thesis.txt"], "b": ["users", "thesis.txt"]}
     for last, names in (left | stays).items():
@@ -86,7 +86,7 @@ def test_a_run_removes_the_files_of_runs_killed_at_any_moment(tmp_path: Path) ->
     assert {path.name[-1] for path in tmp_path.iterdir()} == {*"abcd"}
 
 
-def test_no_thread_remains_after_a_hub_is_closed() -> None:
+def test_closing_the_hub_of_a_run_leaves_no_thread_behind() -> None:
     """One that comes out of foreign code while Python ends aborts the process: "exception not rethrown"."""
     before = threading.enumerate()
     for _ in range(RUNS):

@@ -9,7 +9,7 @@ import pytest
 from heavylift.coordinator.transport import BATCHES, Hub, hub as hub_module
 
 
-def test_a_sender_of_samples_waits_until_the_coordinator_has_taken_earlier_batches(
+def test_a_node_that_sends_samples_waits_until_the_coordinator_has_handled_earlier_batches(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(hub_module, "FULL_s", 1e6)
@@ -34,7 +34,9 @@ def test_a_sender_of_samples_waits_until_the_coordinator_has_taken_earlier_batch
         assert taken == arrived == [*range(2 * BATCHES)]
 
 
-def test_a_sender_of_samples_does_not_wait_longer_than_a_short_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_node_waits_no_longer_than_a_short_limit_for_the_coordinator_to_take_its_samples(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Nobody who has left, or who is busy with another node, is waited for."""
     monkeypatch.setattr(hub_module, "FULL_s", 0.0)
     with Hub(["node"]) as hub:

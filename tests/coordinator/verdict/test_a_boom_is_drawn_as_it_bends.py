@@ -96,7 +96,7 @@ def test_the_drawing_and_the_clearance_check_of_a_boom_use_the_same_bent_shape(p
     assert {size for _, size in drawn} == {(LENGTH / 6.0, DEEP, DEEP)}
 
 
-def test_the_hook_rope_is_drawn_from_the_tip_of_the_bent_boom(run: Played, plan: Plan, level: str) -> None:
+def test_the_hook_rope_is_drawn_from_the_deflected_tip_of_a_bent_boom(run: Played, plan: Plan, level: str) -> None:
     history = run.past.part(0, len(run.t))
     ropes = [x for x in moving(Shapes(plan), history) if getattr(x.shape, "rope", "") == "crane.main"]
     tops = [frame.place(p) for frame, p in (rope.on[0] for rope in ropes)]

@@ -50,7 +50,7 @@ def test_the_largest_chart_utilisation_in_the_table_of_a_run_is_that_of_the_hook
     assert (hook.t, hook.value) == (most["at"], pytest.approx(most["load"] * 1e3, rel=1e-12))
 
 
-def test_an_interlock_that_never_trips_is_listed_with_its_margin() -> None:
+def test_an_interlock_that_never_stops_a_drive_is_listed_with_its_margin() -> None:
     heavy, light = played("crawler"), played("crawler", LIGHT)
     (own,) = (c for c in light.verdict.checks if c.quantity == "interlock")
     hook = next(c for c in light.verdict.checks if c.quantity == "hook load")

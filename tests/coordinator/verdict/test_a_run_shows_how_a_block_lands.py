@@ -71,7 +71,7 @@ def test_a_simulated_landing_speed_beyond_its_limit_gives_a_red_check_whatever_s
 
 
 @pytest.mark.large(beyond=3)
-def test_an_order_beyond_the_limit_gives_a_red_check_whatever_the_error_of_the_run(lift: Lift) -> None:
+def test_an_order_above_its_limit_gives_a_red_check_even_if_the_error_of_the_run_is_large(lift: Lift) -> None:
     run = lifted(lift, 0.95, "0.8 m/min")
     for quantity in ("lift-off speed", "landing speed"):
         use = next(x for x in run.uses if x.limit.quantity == quantity)

@@ -20,7 +20,7 @@ def test_slings_without_slack_are_taut_at_the_start(slack: str) -> None:
     assert (scene.statics.cut, scene.states[-1].stage) == ("", "sideways"), "followed to the end"
 
 
-def test_a_move_of_length_zero_is_reported_as_a_stage_that_ends_at_once(tmp_path: Path) -> None:
+def test_a_move_over_zero_distance_is_reported_as_a_stage_that_ends_at_once(tmp_path: Path) -> None:
     still = LIFT.replace(SIDEWAYS, "    trolleys: traverse 20 m/min by 0 m\n")
     result = run(parse(still), tmp_path / "run.mcap", in_process=True)
     assert result.verdict is not None

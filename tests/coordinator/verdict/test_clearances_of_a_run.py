@@ -115,7 +115,7 @@ def nothing_is_lost(plan: Plan, history: History) -> None:
         assert np.linalg.norm(np.array(c.p_WA) - np.array(c.p_WB)) == pytest.approx(abs(c.distance), abs=BETWEEN)
 
 
-def test_clearances_are_checked_against_the_clearance_limit_of_the_scene(tmp_path: Path) -> None:
+def test_clearances_are_checked_against_the_required_clearance_of_the_scene(tmp_path: Path) -> None:
     scene = load("lift", ["end=20 s"])
     run(scene, tmp_path / RUN, in_process=True)
     history = history_of(Recording(tmp_path / RUN)).part(0, BLOCK)

@@ -65,7 +65,7 @@ def test_a_block_that_comes_down_on_its_supports_in_a_turn_gives_a_red_check_on_
     assert not red(lift.read(), "landing")
 
 
-def test_a_turn_in_which_all_slings_pull_along_one_line_is_refused_on_every_crane_type(lift: Lift) -> None:
+def test_a_turn_over_is_refused_on_every_crane_type_if_all_slings_pull_along_one_line(lift: Lift) -> None:
     machines = lift.read().plan.machines
     for hook in (hook for machine in machines for hook in machine.hooks):
         lugs = {tie.rope: tie.lug for tie in ties_on(machines, hook) if tie.lug}
@@ -81,7 +81,7 @@ def test_a_wall_too_close_to_the_load_gives_a_red_check_on_every_crane_type(lift
     assert [f for f in found if f.state == "red" and f.quantity == "clearance" and "wall" in f.sentence]
 
 
-def test_a_new_scene_is_green_because_its_checks_pass(lift: Lift) -> None:
+def test_a_newly_created_scene_is_green_because_its_checks_pass(lift: Lift) -> None:
     assert {c.state for c in lift.read().checks} <= {"green", "none"}
     bare = lift.read(text=unstated(lift.text))
     assert {"amber"} < {c.state for c in bare.checks}, "nothing is green that nobody stated"
@@ -156,7 +156,7 @@ def test_a_block_that_stays_on_its_supports_has_no_impact_check_and_is_governed_
 
 
 @pytest.mark.large(beyond=4)
-def test_a_block_dropped_by_20_mm_exceeds_its_impact_limit(lift: Lift) -> None:
+def test_a_block_dropped_from_a_height_of_20_mm_exceeds_its_impact_limit(lift: Lift) -> None:
     text = lift.beginning("").replace("  - stage: up\n    all hooks: hoist 1 m/min by 1 m\n", "")
     ropes = [tie.rope for machine in lift.read().plan.machines for tie in machine.ties]
     parted = ", ".join(f"{rope}: release" for rope in ropes)
@@ -168,7 +168,7 @@ def test_a_block_dropped_by_20_mm_exceeds_its_impact_limit(lift: Lift) -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "turnover"])
-def test_introductory_lifts_are_green_because_their_checks_pass(name: str) -> None:
+def test_the_scenes_lift_and_turnover_are_green_because_their_checks_pass(name: str) -> None:
     assert name in bundled()
     assert {c.state for c in load(name).checks} <= {"green", "none"}
 
@@ -190,7 +190,7 @@ def test_limits_stated_in_a_scene_apply_to_every_crane_type(lift: Lift) -> None:
     assert rows["clearance"].value == 1.0
 
 
-def test_if_no_equilibrium_is_found_the_hook_out_of_plumb_is_named_on_every_crane_type(lift: Lift) -> None:
+def test_if_the_lift_has_no_equilibrium_the_error_names_the_hook_out_of_plumb_for_every_crane_type(lift: Lift) -> None:
     scene = lift.read(f"block.at=[{lift.x + 0.5} m, {lift.y} m, 3 m]")
     path = replace(
         scene.statics, states=scene.statics.states[:1], acted=(), notes=(), cut="", why="it finds no rest: so"

@@ -122,7 +122,7 @@ def test_the_smallest_distance_along_random_rotating_paths_agrees_with_a_fine_se
         assert least >= seen - strays - 0.05, "and below by no more than shapes may stray between samples"
 
 
-def test_a_common_search_of_all_pairs_of_shapes_finds_the_minima_of_separate_searches() -> None:
+def test_one_search_over_all_pairs_of_shapes_finds_the_minima_of_separate_searches() -> None:
     """Boxes that turn and ropes that hang for a while, over more samples than the longest stretch holds."""
     rng = np.random.default_rng(8)
     for _ in range(3):
@@ -155,7 +155,7 @@ def test_a_common_search_of_all_pairs_of_shapes_finds_the_minima_of_separate_sea
             assert (message >= least - CLOSE).all(), "of the others at most what was seen on the way"
 
 
-def test_a_vibration_faster_than_the_sample_rate_is_bounded_by_the_joint_speeds() -> None:
+def test_the_motion_by_a_vibration_faster_than_the_sample_rate_is_bounded_from_the_joint_speeds() -> None:
     """At 9.7 Hz, seen twice in a second: hardly a way from sample to sample."""
     t, w, size = np.arange(0.0, 20.0, 0.5), 2 * np.pi * 9.7, 0.05
     still, phase = np.zeros(len(t)), w * t

@@ -22,7 +22,7 @@ LIMIT_S = 600.0  # of wall time
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_all_outputs_of_a_run_show_the_same_verdict_checks_and_unchecked_items(
+def test_all_outputs_of_a_run_show_the_same_checks_and_the_same_unchecked_items(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -84,7 +84,7 @@ def test_an_obstacle_bears_a_block_that_stands_on_it() -> None:
         assert loads[name].limit == pytest.approx(300e3 / G)
 
 
-def test_landing_speeds_on_plinths_are_checked_as_simulated() -> None:
+def test_landing_speeds_on_plinths_are_checked_with_their_simulated_values() -> None:
     """Of the bundled scene in which two cranes set blocks down on obstacles."""
     run = play(load("in-turn").plan)
     found = {x.subject: x for x in run.verdict.checks if x.quantity == "landing speed"}
@@ -95,7 +95,7 @@ def test_landing_speeds_on_plinths_are_checked_as_simulated() -> None:
     assert not [x for x in run.verdict.checks if x.quantity == "impact" and "did not occur" in x.sentence]
 
 
-def test_each_lift_off_from_an_obstacle_is_checked_at_its_own_speed() -> None:
+def test_each_lift_off_from_an_obstacle_is_checked_with_the_hoisting_speed_at_that_lift_off() -> None:
     shelf = "{box: [9 m, 9 m, 0.4 m], at: [-10 m, 8 m, 0.4 m]}"
     up = '{hall: "hoist 0.5 m/min until all slings taut"}, {hall: "hoist 0.5 m/min until lifted"}'
     over = '{hall: "hoist 4 m/min by 0.6 m"}, {hall travelling: "travel 30 m/min ramp one swing by 10 m"}'

@@ -86,7 +86,7 @@ def test_penetration_of_the_ground_gives_a_red_check_for_every_body() -> None:
     assert told(went([STANDS - 0.05] * 3)) == [], "the supports yield"
 
 
-def test_the_bound_of_the_ground_clearance_between_samples_accounts_for_rotation() -> None:
+def test_the_lower_bound_of_the_ground_clearance_between_samples_accounts_for_rotation() -> None:
     """A box of 16 m by 8 m that rolls is lowest with its diagonal upright, here between two samples."""
     upright, step, height = np.arctan2(8.0, HALF), np.radians(8.0), 10.0
     rolls = np.array([upright + (i - 4.5) * step for i in range(10)])
@@ -103,7 +103,7 @@ def hook(z: float, sling: float) -> list[Clearance]:
     return near({"loader-1.upper": pose}, sling)
 
 
-def test_an_empty_hook_may_be_near_the_ground_but_not_below_it() -> None:
+def test_an_empty_hook_may_be_near_the_ground_but_not_below_the_ground() -> None:
     below = -machine(PLAN, "loader-1").system.joints[1].p_PJ[2]  # of the hook block
     assert hook(below + 0.2, SLACK) == []
     (loaded,) = hook(below + 0.2, TAUT)

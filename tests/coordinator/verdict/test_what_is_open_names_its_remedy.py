@@ -28,7 +28,7 @@ def test_every_unchecked_or_assumed_item_of_a_bundled_scene_says_how_to_resolve_
 
 
 @pytest.mark.parametrize("practice", [[], ["practice=0027/ND"]])
-def test_every_unchecked_or_assumed_item_of_a_lift_says_how_to_resolve_it_on_every_crane_type(
+def test_every_unchecked_or_assumed_item_of_a_lift_states_how_to_resolve_it_for_every_crane_type(
     lift: Lift, practice: list[str]
 ) -> None:
     checks = lift.read(*practice, text=unstated(lift.text)).checks

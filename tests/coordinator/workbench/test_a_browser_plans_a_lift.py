@@ -79,7 +79,9 @@ def test_assumed_values_are_amber_in_the_workbench_until_the_user_accepts_them(p
     hands.written("assumed: accept")
 
 
-def test_a_form_offers_types_and_hooks_and_keeps_the_unit_of_an_edited_value(page: Any, hands: Hands) -> None:
+def test_a_form_of_the_workbench_offers_types_and_hooks_and_keeps_the_unit_of_an_edited_value(
+    page: Any, hands: Hands
+) -> None:
     menu = page.locator("#outline").get_by_label("add to Cranes").locator("option")
     assert any(x.startswith("jib-60: luffing jib crane") for x in menu.all_inner_texts())
     offered = "x => [...x.list.options].map(y => y.value)"
@@ -95,7 +97,9 @@ def test_a_form_offers_types_and_hooks_and_keeps_the_unit_of_an_edited_value(pag
     assert page.locator("#state").inner_text().split(" · ")[1:] == state.split(" · ")[1:], "the end of the same stage"
 
 
-def test_a_change_by_another_editor_is_shown_as_a_conflict_and_not_overwritten(page: Any, hands: Hands) -> None:
+def test_the_workbench_shows_a_change_by_another_editor_as_a_conflict_and_does_not_overwrite_it(
+    page: Any, hands: Hands
+) -> None:
     text = hands.text
     page.route("**/save", lambda route: route.abort())
     page.locator(".cm-line", has_text="name: lift").click()
@@ -111,7 +115,7 @@ def test_a_change_by_another_editor_is_shown_as_a_conflict_and_not_overwritten(p
     assert "name: lift-of-mine" in hands.text
 
 
-def test_the_text_editor_of_the_workbench_completes_and_explains_keys_by_the_schema(page: Any) -> None:
+def test_the_text_editor_of_the_workbench_completes_and_explains_scene_keys_by_the_schema(page: Any) -> None:
     page.locator(".cm-line", has_text="mass: 300 t").click(position={"x": 40, "y": 5})
     page.keyboard.press("End")
     page.keyboard.press("Enter")
@@ -142,7 +146,7 @@ print("saves 9 s")
 """
 
 
-def test_each_change_of_a_proposed_timing_is_accepted_or_refused(
+def test_the_user_accepts_or_refuses_each_change_that_the_timing_planner_proposes(
     page: Any, hands: Hands, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(runs, "COMMAND", [sys.executable, "-c", PLANNER])  # which takes a minute

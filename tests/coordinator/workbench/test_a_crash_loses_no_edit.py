@@ -20,7 +20,7 @@ workbench(sys.argv[1], lambda url: print(url, flush=True))
 
 
 @pytest.mark.parametrize("accepted", [1, 4, 9])
-def test_each_accepted_edit_is_on_disk_when_the_server_is_killed(folder: Path, accepted: int) -> None:
+def test_each_accepted_edit_in_the_workbench_is_on_disk_if_the_server_is_killed(folder: Path, accepted: int) -> None:
     scene = folder / "my-lift.yaml"
     command = [sys.executable, "-c", SERVER, str(scene)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server, ThreadPoolExecutor() as threads:

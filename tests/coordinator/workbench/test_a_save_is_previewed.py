@@ -35,7 +35,7 @@ def steps(name: str, *changes: tuple[str, str]) -> list[tuple[str, dict[str, obj
     return [(kind, data) for kind, data, _ in previewed(path, text)]
 
 
-def test_a_preview_shows_the_start_pose_first_then_the_path_and_its_checks() -> None:
+def test_a_preview_of_a_scene_shows_the_start_pose_first_and_then_the_path_with_its_checks() -> None:
     kinds, data = zip(*steps("lift"), strict=True)
     assert kinds == ("picture", "faults", "picture", "checks")
     start, _, path, checks = data
@@ -68,7 +68,7 @@ def test_the_preview_of_a_faulty_scene_shows_the_faults_with_their_lines_and_rai
         assert lines[fault["line"] - 1].strip().startswith(("mass", "loader-2"))
 
 
-def test_the_preview_of_a_scene_with_impossible_orders_shows_the_start_and_the_faults() -> None:
+def test_the_preview_of_a_scene_with_impossible_orders_shows_the_start_pose_and_the_faults() -> None:
     found = steps("lift", ("traverse 20 m/min by 2 m", "traverse 20 m/min by 200 m"))
     assert [kind for kind, _ in found][:2] == ["picture", "faults"]
     (fault,) = found[1][1]["faults"]  # type: ignore[misc]

@@ -26,7 +26,7 @@ def test_editing_a_value_changes_only_its_line() -> None:
     assert changed == LIFT.replace("at: 40 m}  ", "at: 41 m}  ")
 
 
-def test_editing_adds_keys_at_their_place_and_removes_them_without_a_trace() -> None:
+def test_the_workbench_adds_scene_keys_at_their_place_and_removes_them_without_a_trace() -> None:
     added = edited(LIFT, ["block", "com"], "[0 m, 0 m, 1 m]")
     assert read(added, "x").data["block"] == {**read(LIFT, "x").data["block"], "com": ["0 m", "0 m", "1 m"]}  # type: ignore[dict-item]
     assert added.splitlines()[23:25] == ["    R2: [2 m, 6 m, 4.3 m]", "  com: [0 m, 0 m, 1 m]"]
@@ -38,7 +38,7 @@ def test_editing_adds_keys_at_their_place_and_removes_them_without_a_trace() -> 
     assert "    wait: 20 s\n  - {wait: 5 s}\n" in edited(LIFT, ["actions", 5], "{wait: 5 s}")
 
 
-def test_a_new_top_level_key_is_inserted_in_the_order_of_the_schema() -> None:
+def test_a_new_top_level_key_of_a_scene_is_inserted_in_the_order_of_the_schema() -> None:
     order = list(json_schema()["properties"])
     for name in ("lift", "crawler", "in-turn", "edge"):
         text = bundled()[name].read_text()
@@ -52,7 +52,7 @@ def test_a_new_top_level_key_is_inserted_in_the_order_of_the_schema() -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "turnover", "in-turn"])
-def test_editing_reorders_actions_together_with_their_comments(name: str) -> None:
+def test_the_workbench_moves_actions_in_a_list_together_with_their_comments(name: str) -> None:
     text, rng = bundled()[name].read_text(), random.Random(name)
     actions = read(text, "x").data["actions"]
     assert isinstance(actions, list)
@@ -94,7 +94,7 @@ def test_a_random_edit_of_a_bundled_scene_changes_one_value_and_keeps_comments(n
         ([], "3", "name the key"),
     ],
 )
-def test_editing_refuses_a_value_that_cannot_be_written_with_one_sentence(
+def test_the_workbench_refuses_with_one_sentence_to_edit_a_value_that_cannot_be_written(
     path: list[str | int], value: str | None, why: str
 ) -> None:
     with pytest.raises(SceneError, match=why) as refused:

@@ -68,7 +68,9 @@ def test_the_lift_of_the_tutorial_can_be_made_changed_run_compared_and_reported_
     assert page.locator("#start .state.green").count() == 2, "scenes of the folder are listed with their verdicts"
 
 
-def test_an_empty_scene_becomes_a_lift_without_faults_by_the_menus_of_the_outline(page: Any, hands: Hands) -> None:
+def test_an_empty_scene_becomes_a_lift_without_faults_through_the_menus_of_the_workbench(
+    page: Any, hands: Hands
+) -> None:
     hands.begin("first", "")
     for group, label in (
         ("Block", "block"),

@@ -71,7 +71,9 @@ def test_saving_a_scene_is_refused_unless_the_request_names_the_present_version(
     assert path.read_text() == "heavylift: 1\n"
 
 
-def test_several_edits_of_one_request_are_made_together_or_not_at_all(page: TestClient, folder: Path) -> None:
+def test_several_edits_in_one_request_of_the_workbench_are_made_together_or_not_at_all(
+    page: TestClient, folder: Path
+) -> None:
     path = folder / "my-lift.yaml"
     before = path.read_text()
     good = {"path": ["block", "mass"], "value": "310 t"}
@@ -164,7 +166,7 @@ def test_the_workbench_refuses_an_invalid_name_for_a_new_scene(page: TestClient,
     assert not [path for path in folder.iterdir() if path.stem in ("Lift A 300t", "9-lives")]
 
 
-def test_a_new_scene_never_replaces_another(page: TestClient, opened: OpenScene, folder: Path) -> None:
+def test_a_new_scene_never_replaces_an_existing_scene_file(page: TestClient, opened: OpenScene, folder: Path) -> None:
     before = (folder / "my-lift.yaml").read_text()
     for name, like in (("my-lift", "tandem"), ("../out", "tandem"), ("", "tandem"), ("pair", "../lift")):
         assert page.post(f"/{WORD}/new", json={"name": name, "like": like}).status_code == 409

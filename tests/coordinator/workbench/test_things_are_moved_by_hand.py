@@ -76,7 +76,7 @@ def test_a_support_is_moved_by_dragging_and_by_arrow_keys(page: Any, mover: Hand
     mover.previewed()
 
 
-def test_a_lug_that_comes_near_a_hook_snaps_under_it(page: Any, mover: Hands) -> None:
+def test_a_lug_that_passes_close_to_a_hook_snaps_to_the_position_under_the_hook(page: Any, mover: Hands) -> None:
     """The beam of loader-1 hangs between P1 and P2, so its hook stands at x = -6 m of the block."""
     views = "const { stage, picture } = workbench.views"
     hung = "const h = picture.hooks.find(x => x.name === 'crane.H1')"
@@ -93,7 +93,7 @@ def test_a_lug_that_comes_near_a_hook_snaps_under_it(page: Any, mover: Hands) ->
     assert z == 4.3
 
 
-def test_dragging_in_a_side_view_changes_only_the_height(page: Any, mover: Hands) -> None:
+def test_dragging_a_part_in_a_side_view_of_the_workbench_changes_only_the_height(page: Any, mover: Hands) -> None:
     page.get_by_role("button", name="along y", exact=True).click()
     page.wait_for_timeout(100)
     mover.drag("wall", [0.0, -3.0, 1.0], (0, -30))

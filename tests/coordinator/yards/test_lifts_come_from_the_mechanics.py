@@ -75,7 +75,7 @@ def test_the_computed_wind_limit_agrees_with_a_search_over_runs(folder):
     assert 5.9 <= found.wind <= 6.0
 
 
-def test_interpolating_a_lift_table_is_exact_for_multilinear_functions():
+def test_interpolation_in_a_lift_table_is_exact_for_multilinear_functions():
     import numpy as np
 
     axes = [np.array([1.0, 2.0, 5.0]), np.array([0.0, 10.0])]
@@ -84,7 +84,7 @@ def test_interpolating_a_lift_table_is_exact_for_multilinear_functions():
         assert interpolated(axes, grid, (x, y)) == pytest.approx([x * y + 3 * x - y, 7.0])
 
 
-def test_a_yard_run_with_simulated_lifts_has_the_same_digest_in_several_processes_and_when_verified_and_when_resumed(
+def test_a_yard_run_with_simulated_lifts_has_one_digest_in_several_processes_and_if_verified_or_resumed(
     folder,
 ):
     sheet, made = run_yard(written("run"), output="a.mcap", in_process=True)
@@ -98,7 +98,7 @@ def test_a_yard_run_with_simulated_lifts_has_the_same_digest_in_several_processe
     assert CliRunner().invoke(app, ["resume", "cut.mcap.part", "-o", "again.mcap"]).exit_code == 0
 
 
-def test_a_yard_run_has_a_red_verdict_if_the_simulation_of_a_lift_is_red(folder):
+def test_a_yard_has_a_red_verdict_if_a_simulated_lift_is_red(folder):
     text = Path("crane.yaml").read_text()
     Path("crane.yaml").write_text(
         text.replace("wind >= 10 m/s, until: wind <= 8 m/s", "wind >= 1 m/s, until: wind <= 0.5 m/s")

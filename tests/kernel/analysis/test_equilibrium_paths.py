@@ -100,7 +100,7 @@ def test_the_equilibrium_path_ends_where_the_simulation_comes_to_rest():
 # ---- friction -------------------------------------------------------------------------------------------------
 
 
-def test_in_statics_a_servo_on_a_slipping_brake_lags_behind_in_both_directions_of_motion():
+def test_in_statics_a_servo_on_a_slipping_brake_lags_behind_in_both_directions_of_its_motion():
     """A brake that slips at M on a servo kp: it follows M / kp behind, holds over 2 M / kp, and comes back so."""
     M, kp = 2e3, 1e4
     joint = Joint("guide", "prismatic", "world", "load", axis=Y)
@@ -277,7 +277,7 @@ def test_path_following_locates_an_event_with_few_computed_equilibria(slack, cor
         assert len(corrected) - behind <= 18, "of which some follow from it"
 
 
-def test_path_following_takes_few_steps_along_a_straight_equilibrium_path(corrected):
+def test_path_following_takes_few_steps_along_a_straight_path_of_equilibria(corrected):
     """A load is hoisted by 40 of 50 m: its rope is stretched by a nanometre for a newton, but its path is a line."""
     path = following(hung(LENGTH, winch=True))
     moved(path, "rope", -0.05, -0.8 * LENGTH)

@@ -92,14 +92,14 @@ def test_a_load_bounces_on_its_rope_with_the_expected_frequency():
 
 
 @pytest.mark.parametrize("zeta", [0.0, 0.02, 0.7])
-def test_a_damped_rope_reports_its_damping_ratio(zeta):
+def test_a_damped_rope_reports_the_damping_ratio_of_its_load(zeta):
     w = sqrt(EA / LENGTH / MASS)
     (mode,) = found(hung(LENGTH + 0.1, damping=2.0 * zeta * w * MASS)).oscillations
     assert mode.damping == pytest.approx(zeta, rel=DAMPED, abs=DAMPED)
     assert 2.0 * pi * mode.frequency == pytest.approx(w, rel=DAMPED)
 
 
-def test_an_overdamped_rope_has_decay_rates_only():
+def test_the_modes_of_an_overdamped_rope_have_decay_rates_and_no_frequencies():
     w = sqrt(EA / LENGTH / MASS)
     result = found(hung(LENGTH + 0.1, damping=2.0 * 2.0 * w * MASS))
     assert result.oscillations == ()
@@ -143,7 +143,7 @@ def test_an_upright_inverted_pendulum_has_its_exact_growth_rate():
     assert modes(simulation).decays == pytest.approx([-sqrt(G / 2.0), sqrt(G / 2.0)], rel=CLOSE)
 
 
-def test_computing_modes_does_not_move_the_scene():
+def test_computing_the_modes_of_a_scene_does_not_change_its_state():
     simulation = started(hung(LENGTH + 0.1))
     equilibrium(simulation)
     before = simulation.state.copy()
@@ -152,7 +152,7 @@ def test_computing_modes_does_not_move_the_scene():
 
 
 @pytest.mark.parametrize(("start", "growth"), [(0.0, sqrt(G / 2.0)), (0.3, 0.0)])
-def test_an_upright_pendulum_is_unstable_and_a_hanging_one_is_stable(start, growth):
+def test_a_linear_model_is_unstable_for_an_upright_pendulum_and_stable_for_a_hanging_one(start, growth):
     bob = Body("bob", 3.0, (0.0, 0.0, 2.0))
     stands = found(System((bob,), (hinge("pivot", "world", "bob", q0=start),), gravity=G))
     assert stands.growth == pytest.approx(growth, rel=CLOSE)

@@ -45,7 +45,7 @@ def test_tensions_of_six_equal_ropes_vary_linearly_over_the_plan():
     assert list(equilibrium(started(scene)).tensions.values()) == pytest.approx(want["T"], rel=STATIC)
 
 
-def test_a_rope_that_is_too_short_overloads_its_diagonal_of_the_block():
+def test_of_six_ropes_on_a_block_the_one_that_is_too_short_is_overloaded_with_its_diagonal_partner():
     x, want = FORMS["C08d"]["given"], FORMS["C08d"]["expected"]
     lugs = [(-10.0, -9.0, 0.0), (10.0, -9.0, 0.0), (-10.0, 9.0, 0.0), (10.0, 9.0, 0.0)]
     weight, L = 8e6, 4e6  # long ropes: that each is as stiff as the closed form says, and plumb
@@ -153,7 +153,7 @@ def test_a_brake_holds_an_inclined_pendulum():
     assert equilibrium(started(scene)).q[0] == pytest.approx(0.0, abs=1e-8)
 
 
-def test_statics_of_an_unsupported_body_are_refused_with_its_name():
+def test_statics_of_a_body_without_support_are_refused_with_the_name_of_the_body():
     with pytest.raises(KernelError, match=r"body 'load' finds no rest: joint 'load-guide' still accelerates by 9\.8"):
         equilibrium(started(slider()))
 

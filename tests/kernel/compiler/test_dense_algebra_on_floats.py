@@ -53,7 +53,7 @@ def test_the_least_norm_solution_equals_that_of_the_pseudo_inverse(m, n, rank):
 
 
 @pytest.mark.parametrize(("m", "n", "rank"), SHAPES)
-def test_vanishing_linear_combinations_of_matrix_rows_are_found(m, n, rank):
+def test_linear_combinations_of_matrix_rows_that_vanish_are_found(m, n, rank):
     A = matrix(m, n, rank, 2)
     found = combinations(A.tolist(), ZERO)
     Z = np.array([[distance.get(i, 0.0) for i in range(m)] for distance in found]).reshape(-1, m)
@@ -62,7 +62,7 @@ def test_vanishing_linear_combinations_of_matrix_rows_are_found(m, n, rank):
     assert pytest.approx(np.zeros((m - rank, n)), abs=1e2 * CLOSE * np.abs(A).max()) == Z @ A
 
 
-def test_vanishing_row_combinations_do_not_mix_independent_blocks_of_a_matrix():
+def test_vanishing_combinations_of_matrix_rows_do_not_mix_independent_blocks_of_the_matrix():
     """Two blocks that share nothing: no combination has a part in both."""
     A = np.zeros((6, 4))
     A[:3, :2], A[3:, 2:] = matrix(3, 2, 2), matrix(3, 2, 1)
@@ -80,7 +80,7 @@ def test_eigenvalues_and_solutions_of_linear_equations_agree_with_numpy(n):
     assert product(A.tolist(), want.tolist()) == pytest.approx(b, rel=1e-8)
 
 
-def test_zero_matrices_and_empty_matrices_are_accepted_by_dense_algebra():
+def test_the_kernel_functions_of_dense_algebra_accept_zero_matrices_and_empty_matrices():
     assert singular_values([[0.0, 0.0], [0.0, 0.0]]) == []
     assert null_space([], 2, ZERO) == [[1.0, 0.0], [0.0, 1.0]]
     assert eigenvalues([[0.0, 0.0], [0.0, 0.0]]) == [0.0, 0.0]
@@ -96,7 +96,7 @@ def test_a_sum_of_products_does_not_depend_on_the_order_of_terms():
     assert norm([3.0, 4.0]) == 5.0
 
 
-def test_dense_algebra_has_the_same_bits_on_every_processor():
+def test_dense_algebra_gives_bit_identical_results_on_every_processor():
     """Additions, products, divisions and roots of IEEE 754: any machine that has them gives this digest."""
     rows = [[((7 * i + 3 * j) % 11 - 5) / 7.0 for j in range(5)] for i in range(6)]
     numbers = [*singular_values(rows), *least_norm(rows, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], ZERO)]

@@ -25,7 +25,7 @@ def falls(s: Simulation) -> None:
     assert s.state[0] == pytest.approx(-9.80665 / 2, rel=1e-12)
 
 
-def test_a_second_start_of_a_scene_compiles_nothing_and_gives_bit_identical_results(folder):
+def test_a_second_start_of_the_same_system_compiles_nothing_and_gives_bit_identical_results(folder):
     first, second = Simulation(slider()), Simulation(slider())
     assert cache_folder() == folder
     assert (first.native.code.cached, second.native.code.cached) == (False, True)
@@ -47,7 +47,7 @@ def test_a_second_start_of_a_scene_compiles_nothing_and_gives_bit_identical_resu
     ],
     ids=["empty", "half", "text", "one bit", "one byte short", "zeros"],
 )
-def test_a_damaged_cached_file_is_compiled_again(folder, damage):
+def test_machine_code_is_compiled_again_if_its_cached_file_is_damaged(folder, damage):
     Simulation(slider())
     (path,) = folder.iterdir()
     code = path.read_bytes()
@@ -78,14 +78,14 @@ def two(first: str, second: str, spring: str) -> System:
     return System(bodies, joints, springs=(JointSpring("spring", spring, 8.0),))
 
 
-def test_listing_the_same_names_in_another_order_gives_another_compiled_scene(folder):
+def test_listing_the_same_names_in_another_order_gives_another_compiled_program(folder):
     for scene, pulled in ((two("a", "b", "a"), 0), (two("b", "a", "a"), 1)):
         s = started(scene)
         f = s.X[s.method.layout.at["f"]][2:4]
         assert (f[pulled], f[1 - pulled]) == (-4.0, 0.0)
 
 
-def test_swapping_the_names_of_two_bodies_gives_another_compiled_scene(folder):
+def test_swapping_the_names_of_two_bodies_gives_another_compiled_program(folder):
     """A threshold on the angle of `a` looks at the body of that name."""
     found = []
     for names in (("a", "b"), ("b", "a")):
@@ -99,7 +99,7 @@ def test_swapping_the_names_of_two_bodies_gives_another_compiled_scene(folder):
     assert found == [False, True]
 
 
-def test_adding_a_force_gives_another_compiled_scene(folder):
+def test_adding_a_force_to_a_system_gives_another_compiled_program(folder):
     Simulation(slider())
     spring = JointSpring("s", "load-guide", 2.0)
     assert not Simulation(replace(slider(), springs=(spring,))).native.code.cached

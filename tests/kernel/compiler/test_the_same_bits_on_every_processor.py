@@ -52,7 +52,7 @@ def test_optimisation_levels_and_instruction_sets_give_bit_identical_results():
 @pytest.mark.parametrize("environment", [PLAIN, {}], ids=["plain libraries", "own libraries"])
 @pytest.mark.parametrize("cpu", PROCESSORS)
 @pytest.mark.large(beyond=1)
-def test_kernel_results_have_their_stored_digests(cpu, environment, request):
+def test_results_of_the_kernel_in_reference_cases_have_their_stored_digests(cpu, environment, request):
     """Of whole runs of bundled scenes, a few or, with --full, all of them."""
     if not HAS.get(PROCESSORS[cpu]):
         pytest.skip(f"this processor is no {cpu}")
@@ -138,7 +138,7 @@ def test_concurrent_and_separate_simulations_give_bit_identical_results(n):
     assert sum(len(b.calls) for b in batches) == (2 * n if n > 1 else 0), "the chain stays a chain"
 
 
-def test_an_input_shared_by_all_simd_lanes_is_passed_once():
+def test_a_value_shared_by_all_simd_lanes_of_native_code_is_passed_once():
     """A block that is the same in all calls, and calls inside that hand it on."""
     inner = Function("inner", lambda p, x: {"y": [p[0] * x[0] + p[1]]}, {"p": 2, "x": 1})
     outer = Function("outer", lambda p, x: {"y": [inner(p=p, x=[sin(x[0])]).y[0] * p[1]]}, {"p": 2, "x": 1})
@@ -154,7 +154,7 @@ def test_an_input_shared_by_all_simd_lanes_is_passed_once():
     assert y.tolist() == [float(e) for e in body(p.tolist(), x.tolist())["y"]]
 
 
-def test_function_calls_that_depend_on_each_other_are_not_executed_together():
+def test_function_calls_that_depend_on_each_other_are_not_vectorised_together():
     f, g = small(0), small(1)
 
     def body(x):

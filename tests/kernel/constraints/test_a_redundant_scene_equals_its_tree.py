@@ -107,7 +107,7 @@ def block_acceleration(s: Simulation) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.large
-def test_redundant_joints_at_random_poses_do_not_change_accelerations_and_tensions(seed: int) -> None:
+def test_redundant_joints_do_not_change_the_accelerations_and_tensions_of_a_system_at_random_poses(seed: int) -> None:
     tensions, accelerations = [], []
     for system in posed(seed):
         s = started(system, tolerance=1e-12, sample_ns=SECOND // 50)

@@ -74,7 +74,7 @@ def test_of_four_equal_ropes_one_goes_slack_under_an_eccentric_load():
     assert G.T @ far.x == pytest.approx([1.0, 0.7, 0.7], abs=1e-8)
 
 
-def test_an_unsolvable_complementarity_problem_is_reported_as_unsolvable():
+def test_a_complementarity_problem_without_a_solution_is_reported_as_unsolvable():
     assert not solve(np.array([[-1.0]]), np.array([-1.0]), np.zeros(1), np.full(1, np.inf)).found
 
 
@@ -100,7 +100,7 @@ def breach(c, x):
 
 @pytest.mark.parametrize("m", [1, 2, 3, 4, 8])
 @pytest.mark.parametrize("flat", [True, False])
-def test_every_contact_force_pushes_and_its_contact_sticks_or_slides_by_the_law_of_coulomb(m, flat):
+def test_each_contact_force_pushes_and_obeys_the_law_of_coulomb_for_sticking_or_sliding(m, flat):
     rng = np.random.default_rng(m)
     for friction in (0.0, 0.1, 0.3, 0.5) * 3:
         c = body_on_points(rng, m, flat, friction)

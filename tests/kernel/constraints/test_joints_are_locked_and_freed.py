@@ -87,7 +87,7 @@ def test_a_locked_tree_moves_as_with_a_fixed_joint_and_continues_smoothly_when_u
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_locking_in_random_trees_conserves_momentum(seed):
+def test_locking_joints_in_random_trees_of_bodies_conserves_momentum(seed):
     """Gauss: of all motions that obey the lock, the one after is nearest to the one before in the metric of H."""
     system = random_system(seed, 7, 2.0)
     moving = [j for j in system.joints if j.kind != "fixed"]
@@ -107,7 +107,7 @@ def test_locking_in_random_trees_conserves_momentum(seed):
     assert s.row().kinetic == pytest.approx(event.value, rel=1e-9), "the jump is H-orthogonal to what is left"
 
 
-def test_a_motor_that_keeps_turning_supplies_the_impulse_of_a_lock():
+def test_a_motor_that_keeps_turning_supplies_the_impulse_when_a_joint_is_locked():
     """A prescribed shoulder keeps its speed while the elbow is locked; its work and the lock's heat are accounted."""
     s = at(double_pendulum((0.0, 2.0), drives=(Drive("motor", "shoulder", "prescribed"),)), 0)
     s.references.set_profile("motor", 0, 1.0, 4.0, None)

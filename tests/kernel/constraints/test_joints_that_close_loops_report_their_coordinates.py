@@ -67,7 +67,7 @@ def drawn(kind, seed):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(20))
-def test_a_joint_that_closes_a_loop_reports_the_coordinates_and_speeds_of_the_same_joint_in_a_tree(kind, seed):
+def test_a_loop_closing_joint_reports_the_coordinates_and_speeds_that_it_would_have_in_a_tree(kind, seed):
     joint, q, v, sides = drawn(kind, seed)
     ends = []
     for (R, o), (before, p), (after, s) in zip(sides(0.0), sides(-STEP), sides(STEP), strict=True):
@@ -139,7 +139,7 @@ def told_speeds(s):
 
 @pytest.mark.parametrize("kind", LOOPS)
 @pytest.mark.parametrize("seed", range(6))
-def test_corrected_start_speeds_of_a_loop_are_noted_and_consistent_ones_are_not(kind, seed):
+def test_corrected_start_speeds_of_a_closed_loop_give_a_note_and_consistent_ones_give_none(kind, seed):
     random = Random(f"{kind} {seed}")
     system, *_ = looped(seed, (kind,), n=5)
     drawn = [tuple(random.uniform(-1.0, 1.0) for _ in JOINTS[j.kind].velocities) for j in system.joints]
@@ -157,7 +157,7 @@ def test_corrected_start_speeds_of_a_loop_are_noted_and_consistent_ones_are_not(
     assert told_speeds(started(fits, native=False)) == ({}, "")
 
 
-def test_a_start_speed_given_only_for_the_loop_closing_joint_is_reported():
+def test_a_start_speed_stated_only_for_the_loop_closing_joint_is_reported():
     """Nothing else is asked to move, so that it does not."""
     at_rest = shafts("universal", "x", ())
     joints = (*at_rest.joints[:2], replace(at_rest.joints[2], v0=(2.0, 0.0)))

@@ -195,7 +195,7 @@ def test_machine_code_and_interpreted_python_agree_on_closed_loops():
     assert native.state == pytest.approx(floats.state, rel=0.0, abs=1e-12)
 
 
-def test_a_start_pose_with_closed_loops_is_kept_and_open_loops_are_closed():
+def test_closed_loops_in_a_start_pose_are_kept_and_open_loops_are_closed():
     closed = started(windows(1))
     assert closed.state[: closed.program.nq].tolist() == [0.0, np.pi / 2, 0.0]
     system = windows(1)

@@ -17,7 +17,7 @@ def test_elements_are_sorted_by_the_numbers_in_their_names() -> None:
         assert sorted(Random(seed).sample(wanted, len(wanted)), key=natural) == wanted
 
 
-def test_a_system_does_not_depend_on_the_order_of_its_declarations() -> None:
+def test_a_compiled_system_does_not_depend_on_the_order_in_which_its_parts_are_declared() -> None:
     parts = [model.declare() for model in build(load("turnover").plan).values()]
     whole = assembled(parts, G)
     assert [rope.name for rope in whole.ropes[:4]] == ["east.H1", "east.H2", "east.H3", "loader-1.sling-1"]

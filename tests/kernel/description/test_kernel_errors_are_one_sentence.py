@@ -81,7 +81,7 @@ def test_invalid_descriptions_of_systems_are_refused(system, sentence):
         (ONE, {"step": nan}, "step nan s: a fixed step must be at least 1e-09 s and finite"),
     ],
 )
-def test_a_simulation_that_cannot_start_is_refused(system, options, sentence):
+def test_a_system_that_cannot_be_simulated_is_refused_with_a_one_sentence_error(system, options, sentence):
     with pytest.raises(KernelError) as e:
         Simulation(system, cache=False, **options)
     assert str(e.value) == sentence
@@ -93,7 +93,7 @@ def simulation():
 
 
 @pytest.mark.parametrize(("command", "sentence"), COMMANDS, ids=[s[:60] for _, s in COMMANDS])
-def test_impossible_commands_to_a_simulation_are_refused(simulation, command, sentence):
+def test_impossible_commands_to_a_kernel_simulation_are_refused(simulation, command, sentence):
     before = simulation.P.tobytes()
     with pytest.raises(KernelError) as e:
         command(simulation)
@@ -117,7 +117,7 @@ def test_impossible_commands_to_a_simulation_are_refused(simulation, command, se
         lambda s: s.hook("rope"),
     ],
 )
-def test_no_command_is_accepted_before_the_start_of_a_simulation(command):
+def test_no_command_is_accepted_before_a_simulation_is_started(command):
     with pytest.raises(KernelError) as e:
         command(Simulation(driven()))
     assert str(e.value) == "the simulation has no state yet; start it first"
@@ -188,7 +188,7 @@ def test_a_drive_that_pushes_a_body_into_the_ground_is_reported_with_the_contact
     )
 
 
-def test_discrete_states_that_switch_without_end_are_reported_by_name():
+def test_a_guard_that_fires_again_and_again_at_one_instant_ends_the_run_with_its_name():
     """A guard that falls again at the same instant, whatever its law does, for ever."""
     s = started(hung(59.0))
 

@@ -121,7 +121,7 @@ def _run(system: System) -> None:
     simulate(system, 1e-7, 500_000_000, frozenset(), "dopri5", None).start()
 
 
-def test_the_system_for_the_tests_of_misspelt_names_runs_with_correct_names() -> None:
+def test_the_system_for_tests_of_misspelt_names_runs_if_its_names_are_correct() -> None:
     _run(SYSTEM)
 
 
@@ -139,7 +139,7 @@ def test_the_error_for_a_name_unlike_any_other_lists_all_known_names() -> None:
         _run(replace(SYSTEM, locks=(Lock("k", "z"),)))
 
 
-def test_the_cases_with_misspelt_names_cover_every_kind_of_named_item() -> None:
+def test_the_tests_of_misspelt_names_cover_every_kind_of_named_item() -> None:
     spoiled = {case.id.partition(".")[0] for case in CASES}  # type: ignore[union-attr]
     names = {x.name for group in GROUPS for x in getattr(RICH, group)}
     assert names - spoiled == {"upper", "lower", "cart", "master"}

@@ -100,7 +100,7 @@ def two_of_a_kind() -> System:
     )
 
 
-def test_every_body_and_every_law_is_printed_under_its_own_name():
+def test_printed_equations_name_each_body_and_each_force_law():
     text = equations(two_of_a_kind())
     for line in (
         "    F1 = m1 g + f(tie.1)",
@@ -141,7 +141,7 @@ def test_the_recursion_printed_for_a_two_link_arm_equals_figure_6_of_the_paper()
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 @pytest.mark.parametrize("make", [arm, two_of_a_kind, lambda: hung(60.0)], ids=["arm", "carts", "rope"])
-def test_latex_output_has_the_same_equations_and_balanced_brackets(make, formulation):
+def test_printed_latex_has_the_same_equations_as_the_text_and_balanced_brackets(make, formulation):
     system = make()
     text, latex = equations(system, formulation), equations(system, formulation, latex=True)
     assert latex.startswith("\\documentclass")
@@ -172,7 +172,7 @@ def check_latex(latex: str) -> None:
         assert not re.search(r"(?<!\\)[_^&#%]", words), words
 
 
-def test_names_with_special_characters_are_escaped_in_latex():
+def test_names_with_special_characters_are_escaped_in_printed_latex():
     joint = Joint("50%_rail", "prismatic", "world", "a_b#1", axis=Z)
     latex = equations(System((Body("a_b#1", 1.0),), (joint,), gravity=G), latex=True)
     check_latex(latex)

@@ -52,7 +52,7 @@ def test_each_coordinate_of_a_cylindrical_joint_has_its_own_force_laws():
     assert imbalance(s) < INTEGRATED
 
 
-def test_an_end_stop_and_a_threshold_act_on_one_direction_of_a_planar_joint():
+def test_an_end_stop_and_a_threshold_act_on_one_coordinate_of_a_planar_joint():
     system = one(
         "planar",
         (1.0, -0.5, 0.7),

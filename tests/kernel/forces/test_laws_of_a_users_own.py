@@ -37,7 +37,7 @@ def reference(rate, y, t):
     return solve_ivp(rate, (0.0, t), y, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
 
 
-def test_a_user_law_makes_an_oscillator_of_van_der_pol():
+def test_a_user_law_can_model_a_van_der_pol_oscillator():
     s = started(cart(own("van_der_pol", parameters=(3.0, 2.0)), q0=0.5), **FINE)
     expected = reference(lambda t, y: [y[1], (3.0 * (1 - y[0] ** 2) * y[1] - 4.0 * y[0]) / 2.0], [0.5, 0.0], 12.0)
     assert end(s, 12.0) == pytest.approx(tuple(expected), abs=AS_SCIPY)
@@ -79,7 +79,7 @@ def test_a_user_law_between_two_points_acts_on_both_points():
     assert end(s, 0.3)[0] == pytest.approx(1.0 + np.cos(sqrt(40.0 / 2.0) * 0.3), abs=AS_SCIPY)
 
 
-def test_modes_of_a_user_law_switch_at_located_events():
+def test_discrete_modes_of_a_user_law_switch_at_exactly_located_events():
     """A relay at 0.1 m makes parabolas: force -2 beyond it, +2 before; quarter period sqrt(2 x m / F)."""
     s = started(cart(own("relay", guards=f"{HERE}:beyond_the_middle", modes=1), q0=0.6), **FINE)
     s.run(6 * SECOND)
@@ -89,7 +89,7 @@ def test_modes_of_a_user_law_switch_at_located_events():
     assert imbalance(s) < CLOSES
 
 
-def test_the_first_mode_of_a_user_law_follows_the_sign_of_its_guard():
+def test_the_initial_mode_of_a_user_law_follows_the_sign_of_its_guard():
     s = started(cart(own("relay", guards=f"{HERE}:beyond_the_middle", modes=1), q0=-0.4))
     assert events(s) == []
     assert s.row().shown[0] == 2.0
@@ -204,7 +204,7 @@ def test_invalid_force_characteristics_are_refused(x, effort, told):
     assert told in str(e.value)
 
 
-def test_two_forces_with_the_same_name_are_refused():
+def test_two_force_elements_with_the_same_name_are_refused():
     loads = (Load("f", Point("load"), X), Load("f", Point("load"), X))
     with pytest.raises(KernelError, match="'f': this name is used twice"):
         Simulation(replace(slider(), forces=loads))

@@ -45,7 +45,7 @@ def accelerations(system: System) -> np.ndarray:
     return s.X[s.native.at["f"]][nq : nq + nv].copy()
 
 
-def test_a_spring_between_two_bodies_acts_as_mujocos_tendon():
+def test_a_spring_between_two_bodies_acts_like_a_tendon_in_mujoco():
     A, B = (0.4, -0.3, 0.2), (-0.5, 0.1, 0.6)
     system = pair((0.3, -0.2, 0.7), (-0.4, 0.9, 0.1), v=SPIN)
     ours = accelerations(replace(system, forces=(Spring("s", Point("a", A), Point("b", B), 1.2, 340.0, 25.0),)))
@@ -218,7 +218,7 @@ def unsymmetric(A):
         (Bushing("s", Point("world"), Point("load"), K, D, ((2.0, 0.0, 0.0), Z, X)), "R_a is not a rotation"),
     ],
 )
-def test_invalid_springs_are_refused(force, told):
+def test_invalid_springs_in_a_scene_are_refused(force, told):
     with pytest.raises(KernelError) as e:
         Simulation(replace(slider(), forces=(force,)))
     assert told in str(e.value)

@@ -46,7 +46,7 @@ def test_current_loads_follow_the_coefficients_of_their_direction_and_are_mirror
         assert felt(bow + side * angle, bow, TABLE) == pytest.approx(want, abs=1e-9)
 
 
-def test_current_coefficients_between_tabulated_directions_are_interpolated_trigonometrically() -> None:
+def test_coefficients_of_current_forces_are_interpolated_trigonometrically_between_tabulated_directions() -> None:
     """Of a table made of three harmonics each direction has the exact value."""
 
     def exact(b: float) -> tuple[float, float, float]:
@@ -108,7 +108,7 @@ def test_impossible_wind_and_current_data_are_refused_in_one_sentence(sentence: 
         started(free(current(0.0, **BAD[sentence])))
 
 
-def test_the_slow_product_of_two_wave_sums_contains_only_their_difference_frequencies() -> None:
+def test_the_slowly_varying_product_of_two_wave_sums_contains_only_difference_frequencies() -> None:
     """Newman's form: r^2 sum_i sum_j a_i b_j cos((w_i - w_j) t + p_i - q_j)."""
     random, n, ramp, piece = np.random.default_rng(5), 12, 5.0, 0.2
     w = np.sort(random.uniform(0.4, 1.6, n))

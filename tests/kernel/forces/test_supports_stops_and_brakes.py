@@ -66,7 +66,7 @@ def test_a_sliding_block_stops_after_the_distance_v_squared_over_two_mu_g():
 
 
 @pytest.mark.parametrize(("pull", "slips"), [(0.9, False), (1.1, True)])
-def test_a_pulled_block_sticks_below_the_friction_limit_and_slips_above(pull, slips):
+def test_a_block_pulled_sideways_sticks_below_the_friction_limit_and_slips_above_it(pull, slips):
     """Pads are level, so a tow rope takes the part of the slope; its sudden pull makes the block slip first."""
     mass, mu = 1.0e5, 0.2
     feet = ((-4.0, -4.0), (-4.0, 4.0), (4.0, -4.0), (4.0, 4.0))
@@ -183,7 +183,7 @@ def test_a_brake_on_an_inclined_guide_acts_as_coulomb_friction():
     assert s.state[1] == pytest.approx(a * 3.0, abs=0.01)  # the spring gives way first
 
 
-def test_a_pad_does_not_report_slip_at_the_instant_at_which_its_contact_opens():
+def test_a_pad_whose_contact_opens_does_not_report_slip_at_the_same_instant():
     """Friction and normal force vanish together, so that both guards can fall within one nanosecond."""
     s = started(block_on_pads(1e4, (0.0, 0.0, 0.0), ((0.0, 0.0),), -5e-3, mu=0.2), **FINE)
     both = [i for i, guard in enumerate(s.program.guards) if guard in (("support", "pad0"), ("rub", "pad0"))]
@@ -196,7 +196,7 @@ def test_a_pad_does_not_report_slip_at_the_instant_at_which_its_contact_opens():
 
 @pytest.mark.parametrize("late", [0.0, 1e-9, 1e-6, 4e-6, 1e-3])
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
-def test_a_pad_that_is_found_sticking_late_keeps_the_direction_of_its_friction_force(late: float, angle: float) -> None:
+def test_a_pad_found_sticking_late_keeps_the_direction_of_its_friction_force(late: float, angle: float) -> None:
     """Steps may find it when the pad goes back already: the force goes on from that of the slip, and does not jump to
     the other side, where the limit would be passed at once."""
     mu, normal, k, d, along = 0.4, 1e5, 1e8, 1e6, np.array([cos(angle), sin(angle)])
@@ -235,7 +235,7 @@ def test_a_creeping_pad_that_is_unloaded_does_not_alternate_between_slip_and_sti
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.6, 1.5, 3.0])
-def test_a_block_that_slides_off_a_pad_with_ends_falls_freely_and_its_energy_is_accounted_for(angle: float) -> None:
+def test_a_block_that_slides_off_the_end_of_a_pad_falls_freely_and_keeps_its_energy_balance(angle: float) -> None:
     """Friction slows it to sqrt(v^2 - 2 mu g s) at the edge, a way s off; the energy of the spring becomes heat."""
     mu, v, size, along = 0.3, 4.0, (3.0, 2.0), (cos(angle), sin(angle))
     scene = block_on_pads(1e4, (0.0, 0.0, 0.0), ((0.0, 0.0),), -5e-3, mu, (v * along[0], v * along[1], *[0.0] * 4))

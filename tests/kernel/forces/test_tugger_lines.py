@@ -56,7 +56,7 @@ def by_scipy(
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_pendulum_on_a_random_tugger_line_moves_as_scipy_integrates_it(seed: int) -> None:
+def test_a_pendulum_on_a_randomly_placed_tugger_line_moves_as_scipy_integrates_it(seed: int) -> None:
     random = np.random.default_rng(seed)
     at = (random.uniform(8.0, 30.0), 0.0, random.uniform(-20.0, 2.0))
     pull, spread, speed = random.uniform(5e3, 6e4), random.uniform(0.0, 0.5), random.uniform(0.02, 0.5)

@@ -87,7 +87,7 @@ def test_sample_rows_of_several_rests_are_the_same_whether_each_is_simulated_in_
 
 
 @pytest.mark.parametrize("build", BUILDS)
-def test_a_snapshot_taken_before_the_sample_rows_of_a_rest_are_written_still_gives_these_rows(
+def test_a_snapshot_taken_while_the_system_is_at_rest_keeps_sample_rows_that_are_not_yet_written(
     build: Callable[[], Run],
 ) -> None:
     first, second = build(), build()

@@ -33,7 +33,7 @@ def rows(threads: int, seed: int) -> list[tuple[int, bytes]]:
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("threads", THREADS)
-def test_the_number_of_threads_does_not_change_a_single_bit(threads: int, seed: int) -> None:
+def test_the_number_of_threads_does_not_change_any_bit_of_the_results(threads: int, seed: int) -> None:
     assert rows(threads, seed) == rows(1, seed)
 
 
@@ -43,7 +43,7 @@ def failing(message: str, after_s: float, pause: Callable[[], None]) -> None:
 
 
 @pytest.mark.parametrize("threads", [1, *THREADS])
-def test_if_several_islands_fail_the_error_of_the_first_one_in_order_is_raised(threads: int) -> None:
+def test_if_several_islands_fail_the_error_of_the_first_island_in_order_is_raised(threads: int) -> None:
     tasks = [partial(failing, name, 0.05 - 0.01 * i) for i, name in enumerate(LIFTS)]
     with pytest.raises(ValueError, match=r"^a$"):
         SideBySide(threads).carry_out(tasks, lambda: None)

@@ -34,7 +34,7 @@ def test_hooking_a_rope_joins_two_islands_and_unhooking_it_separates_a_resting_p
         assert np.abs(last[at[group]] - expected[at[group]]).max() < APART * np.abs(expected[at[group]]).max(), group
 
 
-def test_an_unhooked_rope_keeps_its_second_end_until_the_rope_is_hooked_again() -> None:
+def test_a_rope_that_starts_unhooked_pulls_between_its_two_stated_points_once_it_is_hooked() -> None:
     """Off the origin of a body of another island: its span is shown, and from there it pulls later."""
     line = Line(Point("load-a", (0.0, 0.1, 0.3)), Point("load-b", (0.2, 0.0, -0.4)))
     scene = replace(TWO, ropes=(*TWO.ropes, Rope("tug", (line,), 1e6, 10.2, 1e4, hooked=False)))

@@ -17,13 +17,13 @@ from two_loads import SECOND, TIED, TOLERANCE, TWO, UP, G, assert_alike, bodies,
 # ---- what ties ----------------------------------------------------------------------------------------------
 
 
-def test_ropes_couple_bodies_into_one_island_and_the_ground_does_not() -> None:
+def test_bodies_joined_by_ropes_form_one_island_and_bodies_joined_only_to_the_ground_do_not() -> None:
     assert bodies(islands_of(TWO)) == [["load-a"], ["load-b"]]
     assert bodies(islands_of(TIED)) == [["load-a", "load-b"]]
     assert bodies(islands_of(TIED, {"tug"})) == [["load-a"], ["load-b"]]
 
 
-def test_an_unhooked_rope_belongs_to_the_island_of_its_first_end() -> None:
+def test_a_rope_that_is_not_hooked_belongs_to_the_island_of_its_first_end() -> None:
     a, b = islands_of(TIED, {"tug"})
     assert [r.name for r in a.ropes] == ["rope-a", "tug"]
     assert a.ropes[1].lines[0].b.body == "world"
@@ -61,7 +61,7 @@ def test_islands_do_not_influence_each_other() -> None:
     assert [len(names) for names in bodies(islands_of(merge(many, G)))] == [5] * 10 + [1] * 4
 
 
-def test_equal_islands_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_islands_of_equal_bodies_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path))
     compiled, compile_ = [], Library._compile
     monkeypatch.setattr(Library, "_compile", lambda *args: compiled.append(1) or compile_(*args))
@@ -69,12 +69,12 @@ def test_equal_islands_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert len(compiled) == 1
 
 
-def test_equal_islands_share_machine_code() -> None:
+def test_islands_of_equal_bodies_share_machine_code() -> None:
     a, b = islands(native=False).parts
     assert a.native.structure == b.native.structure
 
 
-def test_bodies_that_a_rope_may_couple_later_share_an_island_from_the_start() -> None:
+def test_bodies_that_an_unhooked_rope_may_couple_later_share_an_island_from_the_start() -> None:
     for ties, kind in (([], Islands), (["tug"], Simulation)):
         s = simulate(TIED, TOLERANCE, SECOND, frozenset(), "dopri5", None, ties)
         assert type(s) is kind
@@ -94,13 +94,13 @@ def test_an_island_takes_the_same_steps_with_and_without_other_islands() -> None
         assert [e for e in both.log if e[1].name.split("-")[1].startswith(name)] == alone.log
 
 
-def test_islands_give_the_samples_of_a_single_simulation() -> None:
+def test_a_simulation_divided_into_islands_gives_the_samples_of_an_undivided_one() -> None:
     both, whole = played(islands(), UP), played(one(), UP)
     assert [(e.name, e.what) for _, e in both.log] == [(e.name, e.what) for _, e in whole.log]
     assert_alike(both, whole, "q", "tension", "elongation", "poses", "potential")
 
 
-def test_an_island_at_rest_takes_no_steps_and_costs_nothing() -> None:
+def test_an_island_at_rest_takes_no_integration_steps() -> None:
     s = played(islands(), UP[:1], end=60.0)
     assert isinstance(s, Islands)
     moving, idle = s.parts
@@ -146,7 +146,7 @@ def answered(commands: list[tuple[int, str, float]], cuts: Random | None, period
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.large(beyond=2)
-def test_splitting_calls_to_islands_or_adding_observers_changes_no_result(seed: int) -> None:
+def test_the_division_of_calls_to_islands_and_additional_observers_change_no_result(seed: int) -> None:
     random = Random(seed)
     commands = [
         (random.randrange(SECOND, 5 * SECOND), random.choice("ab"), random.uniform(-1.0, 0.5)) for _ in range(6)
@@ -161,7 +161,7 @@ def test_splitting_calls_to_islands_or_adding_observers_changes_no_result(seed: 
 # ---- rows of one alone -----------------------------------------------------------------------------------------
 
 
-def test_an_event_of_one_lift_adds_a_sample_row_to_that_lift_only() -> None:
+def test_an_event_in_one_lift_adds_a_sample_row_only_to_the_island_of_that_lift() -> None:
     """The common samples and the rows of its own are, byte for byte, those of the lift by itself; peaks count on until
     the next sample of all, energies and steps are those of all there."""
     both = played(islands(lifts={"a": ["load-a"], "b": ["load-b"]}), UP)
@@ -182,7 +182,7 @@ def test_an_event_of_one_lift_adds_a_sample_row_to_that_lift_only() -> None:
         assert len(lift_rows.rows) >= len(own)
 
 
-def test_lifts_that_may_be_coupled_share_their_sample_rows() -> None:
+def test_lifts_that_interlocks_may_couple_share_their_sample_rows() -> None:
     assert islands(lifts={"a": ["load-a"], "b": ["load-b"]}).lifts[0].name == "a"
     assert not islands(TIED, lifts={"a": ["load-a"], "b": ["load-b"]}).lifts
     three = merge([TIED, lift("c", 20.0)], G)

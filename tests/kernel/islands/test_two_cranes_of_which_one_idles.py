@@ -66,7 +66,7 @@ def test_an_idle_crane_takes_almost_no_computing_time_and_does_not_change_the_li
         assert np.abs(same[at] - expected[at]).max() < APART * np.abs(expected[at]).max(), group
 
 
-def test_a_run_with_an_idle_crane_is_the_same_in_one_process_and_in_ten(tmp_path: Path) -> None:
+def test_a_lift_beside_an_idle_crane_is_the_same_in_one_process_and_in_ten(tmp_path: Path) -> None:
     together = run(scene(), tmp_path / "together.mcap", in_process=True)
     apart = run(scene(), tmp_path / "apart.mcap")
     assert apart.digest == together.digest

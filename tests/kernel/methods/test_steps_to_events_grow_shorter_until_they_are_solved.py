@@ -59,7 +59,7 @@ def test_if_an_implicit_method_cannot_solve_a_step_to_an_event_it_tries_shorter_
     assert message.count(False) > 0
 
 
-def test_an_implicit_step_that_is_never_solved_ends_the_run_with_a_one_sentence_error(monkeypatch):
+def test_an_implicit_integration_step_without_a_solution_ends_the_run_with_a_one_sentence_error(monkeypatch):
     counted(monkeypatch, lambda: True)
     with pytest.raises(KernelError, match="method 'radau5' finds no solution of its equations"):
         hand_over(started(falling(1), method="radau5"), 2 * SECOND)

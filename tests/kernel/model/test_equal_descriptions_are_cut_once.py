@@ -13,7 +13,7 @@ from random_trees import random_system
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_equal_descriptions_of_systems_share_their_compiled_program(seed: int) -> None:
+def test_equal_descriptions_of_systems_share_one_compiled_program(seed: int) -> None:
     system = random_system(seed)
     program_of(random_system(seed + 100))
     first = program_of(system)

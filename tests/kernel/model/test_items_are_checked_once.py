@@ -19,7 +19,9 @@ def with_body(**changed: object) -> System:
     return replace(GOOD, bodies=(replace(ROD, **changed),))
 
 
-def test_variants_of_a_system_are_validated_only_where_they_differ(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_changed_system_is_validated_again_only_where_it_differs_from_the_previous_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     check_description(GOOD)
     seen: list[str] = []
     plain = checks._check_item
@@ -46,7 +48,7 @@ def test_an_invalid_description_of_a_system_is_refused_every_time_it_is_checked(
             check_description(with_body(**wrong))
 
 
-def test_lists_in_a_description_of_a_system_become_tuples() -> None:
+def test_python_lists_in_a_description_of_a_system_are_converted_to_tuples() -> None:
     check_description(GOOD)
     for _ in range(2):
         (body,) = check_description(with_body(com=[0.0, 0.0, -0.5])).bodies

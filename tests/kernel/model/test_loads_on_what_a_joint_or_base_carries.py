@@ -46,7 +46,7 @@ def arm(seed: int) -> tuple[System, str]:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_static_moments_about_joints_agree_with_mujoco(seed: int) -> None:
+def test_static_moments_about_the_joints_of_an_arm_agree_with_mujoco(seed: int) -> None:
     """Torque of gravity; with a ramp the diagonal of the mass matrix, of an arm without ropes."""
     system, text = arm(seed)
     model = mujoco.MjModel.from_xml_string(text)
@@ -123,7 +123,7 @@ def test_guards_on_joint_loads_leave_separate_arms_in_separate_islands() -> None
         (ScalarSignal("joint moment", of="j9"), "there is no joint 'j9'"),
     ],
 )
-def test_a_load_signal_without_its_joint_or_base_is_reported(signal: ScalarSignal, message: str) -> None:
+def test_a_load_signal_that_names_no_existing_joint_or_base_is_reported(signal: ScalarSignal, message: str) -> None:
     system, _ = arm(0)
     with pytest.raises(KernelError, match=message):
         started(replace(system, thresholds=(guard_of("it", signal),)))

@@ -86,7 +86,7 @@ class Watched(Evaluation):
 
 
 @pytest.mark.parametrize("stage", POSES + FORCES, ids=lambda stage: stage.run.__name__)
-def test_each_stage_of_a_rate_evaluation_writes_only_its_declared_fields(
+def test_each_stage_of_the_rate_evaluation_in_the_kernel_writes_only_its_declared_fields(
     stage: EvaluationStage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     changed, touched = set[str](), set[str]()

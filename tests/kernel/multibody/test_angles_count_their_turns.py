@@ -46,7 +46,7 @@ def wheel(axis=Z, q0=0.0, v0=0.0, kind="revolute", **parts) -> System:
 @pytest.mark.parametrize("kind", ["revolute", "free"])
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("goal", [150.0, 181.0, 200.0, 359.0, 725.0, -190.0, -1000.0])
-def test_an_angle_threshold_beyond_a_full_turn_fires_at_that_angle(kind, axis, goal):
+def test_a_threshold_on_an_angle_beyond_a_full_turn_fires_at_that_angle(kind, axis, goal):
     """A free body turns by many radians within one step: nothing holds it, so nothing makes the steps shorter."""
     speed = 3.0 if goal > 0.0 else -3.0
     scene = wheel(AXES[axis], v0=speed, kind=kind, thresholds=(Threshold("there", "angle", of="wheel", axis=axis),))
@@ -59,7 +59,7 @@ def test_an_angle_threshold_beyond_a_full_turn_fires_at_that_angle(kind, axis, g
     assert t == pytest.approx(radians(goal) / speed * 1e9, abs=ROUNDING + 1.0)
 
 
-def test_an_angle_threshold_below_the_start_angle_fires_at_once_and_a_threshold_above_it_fires_later():
+def test_a_threshold_below_the_start_angle_fires_at_once_and_a_threshold_above_it_fires_later():
     parts = tuple(Threshold(name, "angle", of="wheel", axis=1) for name in ("behind", "ahead"))
     s = started(wheel(Y, q0=radians(400.0), v0=1.0, thresholds=parts))
     s.watch("behind", radians(390.0), True)
@@ -70,7 +70,7 @@ def test_an_angle_threshold_below_the_start_angle_fires_at_once_and_a_threshold_
 
 
 @pytest.mark.parametrize("turns", [0.4, 0.6, 1.2, 3.7])
-def test_a_drive_follows_a_measured_angle_beyond_half_a_turn(turns):
+def test_a_drive_follows_a_measured_angle_that_exceeds_half_a_turn(turns):
     """Its reference is k times the angle, without a jump of 2 pi k; a snapshot in mid-turn changes nothing."""
     k, speed = 0.25, 2.0 * pi * turns
     slide = Joint("slide", "prismatic", "world", "slide", axis=X)
@@ -183,7 +183,7 @@ def test_a_wheel_that_turns_five_radians_per_fixed_step_has_its_exact_angle():
     assert s.commands.masters_now() == pytest.approx([100.0], abs=EXACT)
 
 
-def test_turn_counts_are_kept_when_islands_merge():
+def test_turn_counts_of_drums_and_joints_are_kept_when_islands_merge():
     """A wheel that has turned one and a half times is tied to a block by a slack rope; its threshold comes at two."""
     tie = Rope("tie", (Line(Point("wheel", (0.0, 0.5, 0.0)), Point("block")),), 1e5, 100.0, hooked=False)
     scene = wheel(Y, v0=2.0 * pi, thresholds=(Threshold("two", "angle", of="wheel", axis=1),))

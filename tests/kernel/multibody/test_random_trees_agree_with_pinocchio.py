@@ -35,7 +35,7 @@ def test_accelerations_in_interpreted_python_agree_with_pinocchio(seed, n):
 
 @WHATEVER
 @given(st.integers(0, 2**31), st.integers(1, 12))
-def test_accelerations_of_ill_conditioned_trees_lose_no_more_digits_than_their_inertia_matrix(seed, n):
+def test_accelerations_of_ill_conditioned_trees_of_bodies_lose_no_more_digits_than_their_inertia_matrix(seed, n):
     program = Program(random_system(seed, n, 6.0, floating=True))
     model = pinocchio_model(program.graph)
     data = model.createData()

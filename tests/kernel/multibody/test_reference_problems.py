@@ -87,7 +87,7 @@ def test_a_pendulum_that_is_reeled_in_agrees_with_its_reference(method, toleranc
 
 
 @every
-def test_a_load_dropped_on_a_slack_rope_agrees_with_its_reference(method, tolerance, error):
+def test_a_load_dropped_into_a_slack_rope_agrees_with_its_reference_solution(method, tolerance, error):
     """The n-th catch, and the rest at the height of the drop after each period."""
     p = PROBLEMS["snap_load"]["own_reference"]
     EA = 1.2e7 * 20.0

@@ -32,7 +32,7 @@ def top(kind: str, mass: float = 5.0e5) -> System:
 
 
 @pytest.mark.parametrize("kind", ["free", "spherical"])
-def test_a_torque_free_top_turns_as_in_the_closed_form(kind):
+def test_a_top_free_of_torque_turns_as_the_closed_form_predicts(kind):
     s = started(top(kind), tolerance=1e-12, sample_ns=SECOND)
     lam, T = C17["expected"]["lam"], C17["expected"]["T_body"]
     hand_over(s, round(T * SECOND))

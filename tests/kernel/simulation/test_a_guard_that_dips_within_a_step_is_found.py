@@ -67,7 +67,7 @@ def swinging(start: float, level: float, how: dict[str, str | float]) -> Played:
 
 @pytest.mark.parametrize("how", HOW, ids=str)
 @pytest.mark.large(beyond=4)
-def test_a_threshold_exceeded_only_within_one_integration_step_still_begins_its_stage(
+def test_a_threshold_exceeded_only_between_two_integration_steps_still_begins_its_stage(
     how: dict[str, str | float],
 ) -> None:
     random = Random(str(how))

@@ -108,7 +108,7 @@ def runs():
     return by_hand(), by_the_kernel()
 
 
-def test_the_reference_trajectory_contains_a_winch_move_and_two_slack_intervals_and_an_unhooking(runs):
+def test_the_reference_trajectory_has_one_winch_move_and_two_slack_intervals_and_one_unhooking(runs):
     (log, _), s = runs
     assert events(s) == [(name, what) for _, name, what in log]
     sling = [what for name, what in events(s) if name == "sling"]

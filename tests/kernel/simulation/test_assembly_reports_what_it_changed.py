@@ -70,7 +70,7 @@ def test_a_start_pose_with_closed_loops_is_kept_bit_for_bit():
     assert message == []
 
 
-def test_a_start_pose_with_rounded_digits_gives_no_note():
+def test_a_start_pose_whose_digits_are_rounded_gives_no_note():
     """Angles to a hundredth of a degree."""
     off = np.radians(0.005)
     q, _, message = begun(parallelogram((0.9,), (-0.9 + off,), (0.9 - off,)))
@@ -88,7 +88,7 @@ def test_a_small_correction_of_the_start_pose_is_reported_with_the_joint_and_bot
     assert abs(q[1] + q[0]) < 1e-9, "still the branch in which the coupler stays level"
 
 
-def test_assembly_reports_only_joints_that_had_to_move():
+def test_closing_the_loops_of_a_start_pose_reports_only_the_joints_that_had_to_move():
     """The rocker may follow: crank and coupler stay as asked where the rocker can reach."""
     bar = 1.0  # the coupler's tip on a circle of 1 m about the rocker's foot
     crank = 0.9
@@ -133,7 +133,7 @@ def test_assembly_refuses_or_reports_every_change_to_another_assembly_mode_of_a_
     assert all("another branch or too far away" in message for message in refusals)
 
 
-def test_assembly_does_not_move_a_prescribed_crank():
+def test_closing_the_loops_of_a_start_pose_does_not_move_a_prescribed_crank():
     driven = replace(parallelogram((0.9,), (-0.8,), (0.9,)), drives=(Drive("motor", "a", "prescribed"),))
     q, _, (message,) = begun(driven)
     assert q[0] == 0.9
@@ -164,7 +164,7 @@ def test_a_start_pose_that_cannot_close_is_refused():
 # ---- speeds ------------------------------------------------------------------------------------------------------
 
 
-def test_the_given_start_speed_of_one_loop_joint_is_kept_and_the_other_speeds_follow():
+def test_the_stated_start_speed_of_one_joint_in_a_loop_is_kept_and_the_other_speeds_follow():
     """Level coupler: both cranks turn alike, the coupler turns back."""
     _, v, message = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (), ())))
     assert v == pytest.approx([4.0, -4.0, 4.0], rel=1e-9)
@@ -180,7 +180,7 @@ def test_contradictory_start_speeds_are_reported_with_their_loop():
     assert f"joint 'b' from -3 to {v[1]:.6g} rad/s" in message
 
 
-def test_start_corrections_of_a_slider_are_reported_in_metres():
+def test_a_correction_of_the_start_pose_of_a_slider_is_reported_in_metres():
     """Slider-crank: the crank of 1 m, the rod of 2 m, the slider on the x axis."""
     theta = 0.8
     rod_angle = -acos((1.0 - (sin(theta) / 2.0) ** 2) ** 0.5)
@@ -215,7 +215,7 @@ mechanism:
 """
 
 
-def test_only_start_coordinates_written_in_a_scene_count_as_given():
+def test_only_start_coordinates_that_a_scene_states_are_kept_and_the_others_are_computed():
     (mechanism,) = parse(SCENE).plan.machines
     s = Simulation(mechanism.system, native=False)
     s.start()
@@ -224,7 +224,7 @@ def test_only_start_coordinates_written_in_a_scene_count_as_given():
     assert not [n for n in s.notes if "changed" in n.sentence]
 
 
-def test_a_start_coordinate_written_as_zero_counts_as_given():
+def test_a_start_coordinate_stated_as_zero_is_kept_and_not_computed():
     rocker = "at: [2 m, 0, 0], axis: [0, -1, 0]"
     (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.machines
     assert [j.q0 for j in mechanism.system.joints] == [(pytest.approx(0.8726646),), (), (0.0,), ()]

@@ -89,7 +89,7 @@ def finished(s: Any) -> tuple[Any, ...]:
 @pytest.mark.parametrize("face", [Simulation, Islands])
 @pytest.mark.parametrize("seed", range(25))
 @pytest.mark.large(beyond=16)
-def test_kernel_calls_in_random_order_are_refused_or_have_their_effect_at_their_time(face: type, seed: int) -> None:
+def test_kernel_functions_called_in_random_order_are_refused_or_act_at_their_time(face: type, seed: int) -> None:
     random = np.random.default_rng(seed)
     s, kept = build(face), list[tuple[str, int, Callable[[Any], object], str]]()
     for _ in range(CALLS):
@@ -116,14 +116,14 @@ SETTLE = "an event or a command has stopped the simulation; call settle() first"
 STOP = "the run has advanced since then; call interrupt(t_ns) or fire() before, and settle() after it"
 
 
-def test_an_interrupt_before_the_present_time_is_refused() -> None:
+def test_interrupting_a_simulation_before_its_present_time_is_refused() -> None:
     s = driven()
     s.run(3 * SECOND)
     with pytest.raises(KernelError, match=r"^time 1000000000 ns is before the present time, 2\d{9} ns$"):
         s.interrupt(SECOND)
 
 
-def test_an_interrupt_within_a_tentative_step_gives_the_state_of_that_instant() -> None:
+def test_an_interrupt_within_an_integration_step_gives_the_state_at_that_instant() -> None:
     s, straight = driven(), driven()
     s.run(SECOND)
     assert s.next_ns > SECOND + 1
@@ -132,7 +132,7 @@ def test_an_interrupt_within_a_tentative_step_gives_the_state_of_that_instant() 
     assert s.state.tobytes() == straight.state.tobytes()
 
 
-def test_a_run_past_an_unhandled_event_is_refused_and_no_load_falls_through_its_rope() -> None:
+def test_a_simulation_refuses_to_advance_past_an_event_that_the_caller_has_not_handled() -> None:
     s = driven(frozenset({"rope"}))
     with pytest.raises(KernelError) as e:
         s.interrupt(SECOND)
@@ -155,7 +155,7 @@ COMMANDS: dict[str, Callable[[Simulation], object]] = {
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_to_a_simulation_that_has_not_stopped_is_refused(name: str) -> None:
+def test_a_command_is_refused_while_the_simulation_has_not_been_interrupted(name: str) -> None:
     s = driven()
     s.run(SECOND)
     before = s.P.tobytes()
@@ -173,14 +173,14 @@ def test_a_command_to_a_simulation_that_has_not_stopped_is_refused(name: str) ->
     s.run(2 * SECOND)
 
 
-def test_the_call_settle_without_a_preceding_stop_is_refused() -> None:
+def test_calling_settle_without_an_earlier_stop_of_the_simulation_is_refused() -> None:
     s = driven()
     s.run(SECOND)
     with pytest.raises(KernelError, match=r"^settle at 0\.\d+ s: the run has advanced since then; call interrupt"):
         s.settle()
 
 
-def test_a_second_call_of_settle_changes_nothing() -> None:
+def test_calling_settle_twice_has_the_effect_of_calling_it_once() -> None:
     s, once = driven(), driven()
     for x, times in ((s, 2), (once, 1)):
         hand_over(x, SECOND)
@@ -213,7 +213,7 @@ def test_a_speed_profile_cannot_begin_in_the_past_or_before_a_running_move() -> 
 
 
 @pytest.mark.parametrize("other", [hung(60.1), replace(yard(), gravity=1.62), slider(mass=MASS)])
-def test_a_snapshot_of_another_scene_is_refused(other: System) -> None:
+def test_a_snapshot_of_one_scene_is_refused_by_a_simulation_of_another_scene(other: System) -> None:
     s = driven()
     with pytest.raises(KernelError, match="the snapshot was not taken from this scene with these options"):
         s.restore(started(other).snapshot())

@@ -79,7 +79,7 @@ def test_a_load_bouncing_on_its_rope_conserves_the_energy_balance(damping):
     assert imbalance(s) < CLOSES_BOUNCING
 
 
-def test_the_energy_balance_closes_when_a_rope_tightens_in_a_stretched_state():
+def test_the_energy_balance_closes_when_a_slack_rope_becomes_taut_in_a_stretched_state():
     """A drum that pays out fast makes a stretched rope slack; when it stops, the rope is taut and stretched at once."""
     s = started(hung(60.0 * (1 + STRETCH), damping=3.0e7, winch=True), **FINE)
     s.references.set_profile("rope", 0, 0.5, 50.0, 0.02)
@@ -129,7 +129,7 @@ def test_the_work_of_a_drive_equals_the_energy_gained(kind):
     assert imbalance(s) < CLOSES
 
 
-def test_the_energy_balance_closes_with_every_element_at_once():
+def test_the_energy_balance_of_a_system_with_every_kind_of_element_closes():
     """Supports with friction, stops, a brake that slips, hinge springs, a sling that slackens."""
     bodies = (
         Body("block", 5.0e4, (0.3, 0.1, 0.0), cube(5.0e4, 4.0)),

@@ -50,13 +50,13 @@ def pair() -> tuple[Simulation, Simulation, list[float]]:
     return native, oracle, apart
 
 
-def test_machine_code_and_interpreted_python_agree_after_every_step(pair):
+def test_machine_code_and_interpreted_python_agree_after_each_integration_step(pair):
     native, oracle, apart = pair
     assert native.epoch == oracle.epoch == STEPS * 1_000_000 + 1
     assert max(apart) < SAME, apart
 
 
-def test_the_run_that_compares_machine_code_with_interpreted_python_has_events_of_every_law(pair):
+def test_the_test_run_for_machine_code_and_interpreted_python_has_an_event_of_every_force_law(pair):
     native, _, _ = pair
     row, names = native.row(), [(e.name, e.what) for _, e in native.log]
     assert [name for name, what in names if what == "closed"] == ["pad-1-1", "pad-11", "pad1-1", "pad11"]
@@ -72,7 +72,7 @@ def test_machine_code_and_interpreted_python_find_events_at_the_same_nanoseconds
     assert far(*values) < SAME
 
 
-def test_machine_code_and_interpreted_python_agree_in_every_sample_row(pair):
+def test_machine_code_and_interpreted_python_give_equal_sample_rows(pair):
     native, oracle, _ = pair
     assert [t for t, _ in native.rows] == [t for t, _ in oracle.rows]
     got, want = (published(s.method, np.array([row for _, row in s.rows])) for s in (native, oracle))

@@ -33,7 +33,7 @@ def run(system: System, block: int) -> tuple[SampleRecorder, list, str]:
 
 
 @pytest.mark.parametrize("most", [0.3, 0.7, 1.2])
-def test_checks_of_samples_in_blocks_and_one_by_one_give_the_same_findings(most):
+def test_the_kernel_finds_the_same_peaks_and_events_in_samples_checked_in_blocks_and_one_by_one(most):
     system = column((0.0, 0.0), (1.0, 0.0), (1.5, most), (2.0, 0.0), (3.0, 0.0), (3.5, most), (9.0, most))
     one, many = run(system, 1), run(system, 500)
     assert (one[1], one[2]) == (many[1], many[2])

@@ -58,13 +58,13 @@ def test_a_tiny_oscillation_is_resolved_by_every_method_with_error_control(metho
 
 
 @pytest.mark.parametrize("method", sorted(set(PEERS) & {"scipy-dop853", "scipy-radau"}))
-def test_a_tiny_oscillation_is_resolved_by_methods_of_scipy(method):
+def test_scipy_methods_resolve_an_oscillation_of_tiny_amplitude(method):
     end = float(after(oscillator(1e-8), 3.0, method=method).state[0]) / 1e-8
     assert end == pytest.approx(let_go(3.0), abs=FOLLOWED)
 
 
 @pytest.mark.parametrize("omega", [0.4, 100.0])
-def test_tiny_oscillations_are_resolved_at_low_and_high_frequencies(omega):
+def test_oscillations_of_tiny_amplitude_are_resolved_at_low_and_high_frequencies(omega):
     end = float(after(oscillator(1e-8, omega), 180.0 / omega).state[0]) / 1e-8
     assert end == pytest.approx(let_go(180.0 / omega, omega), abs=FOLLOWED)
 
@@ -95,13 +95,13 @@ def test_tiny_motions_are_the_same_in_machine_code_and_interpreted_python():
         assert float(native.state[0]) == pytest.approx(float(oracle.state[0]), abs=SAME * amplitude)
 
 
-def test_the_number_of_steps_stays_bounded_for_ever_smaller_motions():
+def test_a_swing_of_one_nanometre_needs_no_more_steps_than_a_swing_of_one_metre():
     """Down to a nanometre a swing costs no more than one of a metre does."""
     swift = after(oscillator(1.0)).native.evaluations
     assert all(after(oscillator(a)).native.evaluations < swift for a in AMPLITUDES if a < 1.0)
 
 
-def test_motion_of_the_size_of_rounding_errors_counts_as_rest():
+def test_motion_as_small_as_rounding_errors_counts_as_rest():
     for stiffer in (1.0, 100.0, 1e4):
         rest = LENGTH * (1.0 + MASS * G / (stiffer * EA))
         scene = hung(rest)
@@ -126,7 +126,7 @@ def side_by_side() -> Islands:
     return s
 
 
-def test_each_island_has_its_own_tolerance_scale():
+def test_each_island_of_bodies_has_its_own_scale_of_the_integration_tolerance():
     s = side_by_side()
     s.settle()
     at = {p.given.bodies[0].name: p for p in s.parts}
@@ -135,7 +135,7 @@ def test_each_island_has_its_own_tolerance_scale():
     assert at["large"]["scale"] == 1.0
 
 
-def test_islands_that_merge_continue_with_the_larger_tolerance_scale():
+def test_two_islands_that_merge_continue_with_the_larger_scale_of_the_integration_tolerance():
     s = side_by_side()
     s.hook("tie")
     s.settle()
@@ -143,7 +143,7 @@ def test_islands_that_merge_continue_with_the_larger_tolerance_scale():
     assert one["scale"] == 1.0
 
 
-def test_a_snapshot_keeps_the_tolerance_scale():
+def test_a_snapshot_of_a_simulation_keeps_the_scale_of_the_integration_tolerance():
     s = started(oscillator(1e-7))
     s.run(5 * SECOND)
     kept = s.snapshot()

@@ -75,7 +75,7 @@ def test_many_short_time_grants_and_one_long_grant_give_bit_identical_results():
         assert bits(cut) == bits(whole)
 
 
-def test_observers_do_not_change_a_run_by_a_single_bit():
+def test_observers_of_a_run_do_not_change_a_single_bit_of_its_recording():
     names = frozenset({"sling0", "sling1", "deep"})
     assert bits(story(lambda t: [t], names)) == bits(story(lambda t: [t]))
 
@@ -85,7 +85,7 @@ def test_repeated_runs_are_bit_identical_also_with_cached_code():
     assert bits(story(lambda t: [t])) == first
 
 
-def test_a_command_at_the_end_of_a_tentative_step_finds_the_same_state_whatever_was_granted_before():
+def test_a_command_at_the_end_of_an_integration_step_finds_a_state_that_does_not_depend_on_earlier_grants():
     """The tag of a silent step is its end rounded up to a nanosecond: a command may come just after the step."""
     ends = []
     for asked in (False, True):
@@ -108,7 +108,7 @@ def caught():
     return s, s.next_ns
 
 
-def test_an_event_is_predicted_before_it_happens_and_the_prediction_can_be_repeated():
+def test_an_event_is_predicted_before_it_occurs_and_the_prediction_can_be_repeated():
     s, t_ns = caught()
     before = s.P.tobytes()
     assert s.event
@@ -140,7 +140,7 @@ def test_an_input_one_nanosecond_before_an_event_can_prevent_it():
     assert not s.events.fallen
 
 
-def test_an_input_at_the_time_of_an_event_acts_after_the_state_switch_of_the_event():
+def test_an_input_at_the_time_of_an_event_acts_after_the_event_has_switched_its_discrete_state():
     s, t_ns = caught()
     assert s.fire()[0].what == "taut"
     s.unhook("rope")
@@ -151,7 +151,7 @@ def test_an_input_at_the_time_of_an_event_acts_after_the_state_switch_of_the_eve
     assert events(s) == [("rope", "taut")]
 
 
-def test_a_guard_violated_by_an_input_fires_in_the_next_microstep():
+def test_a_threshold_that_is_already_crossed_when_it_is_set_fires_in_the_next_microstep():
     scene = replace(hung(59.0), thresholds=(Threshold("low", "joint", of="load-guide"),))
     s = started(scene, subscribed=frozenset({"rope", "low"}))
     s.run(FOREVER_NS)
@@ -166,7 +166,7 @@ def test_a_guard_violated_by_an_input_fires_in_the_next_microstep():
     assert [t for t, _ in s.log] == [t_ns, t_ns]
 
 
-def test_an_input_one_nanosecond_after_a_rope_tightens_finds_the_rope_taut():
+def test_an_input_one_nanosecond_after_a_rope_becomes_taut_finds_the_rope_taut():
     s, t_ns = caught()
     s.fire()
     s.settle()
@@ -195,7 +195,7 @@ def test_a_scene_at_rest_takes_no_steps_but_continues_its_samples(period):
     assert times == sorted(times), "rows come in the order of time"
 
 
-def test_samples_finer_than_the_integration_steps_are_complete():
+def test_samples_closer_than_the_integration_steps_are_complete():
     s = started(hung(60.2), sample_ns=200_000)
     s.run(2 * SECOND)
     hand_over(s, 2 * SECOND)

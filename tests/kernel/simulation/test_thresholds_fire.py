@@ -28,7 +28,7 @@ def falling(*thresholds):
         (Threshold("fast", "speed", of="load-guide"), -7.0, False, 7.0 / G),
     ],
 )
-def test_a_falling_body_fires_its_threshold(threshold, value, rising, when):
+def test_a_falling_body_fires_the_threshold_on_its_height(threshold, value, rising, when):
     s = falling(threshold)
     s.switches.watch(threshold.name, value, rising)
     s.settle()
@@ -38,7 +38,7 @@ def test_a_falling_body_fires_its_threshold(threshold, value, rising, when):
     assert -1e-2 <= t_ns - when * 1e9 < ROUNDING
 
 
-def test_an_angle_threshold_fires_in_the_requested_direction_only():
+def test_a_threshold_on_the_angle_of_a_body_fires_in_the_requested_direction_only():
     """A wheel that turns about -x, w towards +y, at half a radian per second."""
     wheel = System(
         (Body("wheel", 0.0, inertia=cube(6.0)),),
@@ -101,7 +101,7 @@ def test_a_threshold_on_a_sum_of_tensions_fires_exactly():
     assert T.sum() == pytest.approx(0.5 * MASS * G, rel=1e-4)
 
 
-def test_a_threshold_already_exceeded_fires_once_at_the_same_nanosecond():
+def test_a_threshold_exceeded_when_it_is_set_fires_once_at_the_same_nanosecond():
     s = falling(Threshold("low", "joint", of="load-guide"))
     hand_over(s, SECOND)
     s.switches.watch("low", -1.0, False)
@@ -112,7 +112,7 @@ def test_a_threshold_already_exceeded_fires_once_at_the_same_nanosecond():
     assert fired(s) == [(SECOND, "low", "reached", -1.0)]
 
 
-def test_an_unwatched_threshold_does_not_fire_and_can_be_watched_again():
+def test_a_threshold_that_is_no_longer_watched_does_not_fire_and_can_be_watched_again():
     s = falling(Threshold("low", "joint", of="load-guide"))
     s.switches.watch("low", -1.0, False)
     s.switches.unwatch("low")
@@ -125,7 +125,7 @@ def test_an_unwatched_threshold_does_not_fire_and_can_be_watched_again():
     assert [x[1:] for x in fired(s)] == [("low", "reached", -20.0)]
 
 
-def test_two_threshold_crossings_in_one_nanosecond_fire_together_in_fixed_order():
+def test_two_thresholds_crossed_in_one_nanosecond_fire_together_in_a_fixed_order():
     names = ("a", "b")
     s = started(
         replace(slider(), thresholds=tuple(Threshold(n, "joint", of="load-guide") for n in names)),

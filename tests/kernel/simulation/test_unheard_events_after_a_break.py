@@ -73,7 +73,7 @@ def stand(law: str, heard: tuple[str, ...], t_ns: int, granted: int) -> Simulati
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("heard", HEARD, ids=["not subscribed", "subscribed"])
 @pytest.mark.parametrize("t_ns", [BREAK - 1, BREAK, BREAK + 1, EVENT - 1, EVENT, EVENT + 1, EVENT + 5_000_000])
-def test_a_command_takes_effect_at_the_time_it_is_given(law, heard, t_ns):
+def test_a_kernel_command_takes_effect_at_the_time_at_which_it_is_given(law, heard, t_ns):
     s = stand(law, heard, t_ns, t_ns)
     assert (s.epoch, s["t"]) == (t_ns, 0.0)
     row = s.row()
@@ -155,13 +155,13 @@ def test_events_and_samples_do_not_depend_on_how_time_grants_are_split(law, hear
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("second", [BREAK, SECOND // 2], ids=["command at the break", "command later"])
-def test_an_event_in_the_nanosecond_of_a_speed_profile_break_comes_in_the_first_microstep(law, second):
+def test_an_event_at_a_corner_of_a_speed_profile_occurs_in_the_first_microstep(law, second):
     text, _, _ = played(law, ("law",), [Tag(END)], AT_ONCE, second)
     assert text[0][:2] == (Tag(BREAK), "law")
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_times_and_microsteps_of_events_are_those_of_the_closed_forms(law):
+def test_events_of_force_laws_and_thresholds_have_the_times_and_microsteps_of_closed_forms(law):
     text, _, times = played(law, ("law",), [Tag(END)])
     tags = [(tag, name, what) for tag, name, what, _ in text]
     assert tags[0] == (Tag(EVENT), "law", WHAT[law])
@@ -174,7 +174,7 @@ def test_times_and_microsteps_of_events_are_those_of_the_closed_forms(law):
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_receiving_the_events_of_a_law_changes_no_other_event_and_no_sample(law):
+def test_subscribing_to_the_events_of_a_force_law_changes_no_other_event_and_no_sample(law):
     unheard, rows, times = played(law, (), [Tag(END)])
     text, same, instants = played(law, ("law",), [Tag(END)])
     assert unheard == [event for event in text if event[1] != "law"]

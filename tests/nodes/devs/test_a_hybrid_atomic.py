@@ -48,7 +48,7 @@ class Pendulum(Observed):
         return x[0], -x[0], x[1]
 
 
-def test_each_guard_of_a_hybrid_model_fires_once_a_period_at_its_theoretical_time() -> None:
+def test_each_state_event_of_a_hybrid_model_occurs_once_per_period_at_its_theoretical_time() -> None:
     text = [(tag, m) for tag, _, m in drive(Pendulum("p"), until=seconds(13)) if isinstance(m, Passed)]
     falls = [(0, pi / 2), (1, 3 * pi / 2), (2, 2 * pi), (0, 5 * pi / 2), (1, 7 * pi / 2), (2, 4 * pi)]
     assert [m.which for _, m in text] == [(which,) for which, _ in falls]
@@ -73,7 +73,7 @@ class Cooling(Observed):
         return Passed((), self.present)
 
 
-def test_a_state_event_is_located_to_the_nanosecond_and_moves_when_an_input_changes_the_state() -> None:
+def test_a_state_event_is_located_to_the_nanosecond_and_moves_if_an_input_changes_the_state() -> None:
     alone = [(tag, m) for tag, _, m in drive(Cooling("c"), until=seconds(30))]
     assert [tag for tag, _ in alone] == [Tag(ceil(log(8) * SECOND))]
     pushed = drive(Cooling("c"), [(seconds(1), "ask", Ask(40.0))], seconds(30))
@@ -87,7 +87,7 @@ def test_frequent_inputs_that_change_nothing_do_not_move_a_state_event() -> None
     assert tag.t == pytest.approx(log(8) * SECOND, abs=3)
 
 
-def test_the_final_state_of_a_hybrid_model_is_its_result() -> None:
+def test_the_final_state_of_a_hybrid_model_is_returned_as_the_result_of_the_run() -> None:
     simulator = Simulator(Cooling("c"))
     simulator.start()
     simulator.run(seconds(1.5))
@@ -96,7 +96,7 @@ def test_the_final_state_of_a_hybrid_model_is_its_result() -> None:
     assert message.state == pytest.approx((20 + 80 * exp(-1.5),), rel=1e-9)
 
 
-def test_a_restored_hybrid_atomic_repeats_the_run_to_the_last_bit() -> None:
+def test_a_hybrid_model_restored_from_a_snapshot_repeats_the_run_bit_for_bit() -> None:
     whole, cut = Simulator(FallingBall("ball", 3.0, 0.7)), Simulator(FallingBall("ball", 3.0, 0.7))
     for simulator in (whole, cut):
         simulator.start()
@@ -125,7 +125,7 @@ def test_a_bouncing_ball_bounces_at_the_times_of_the_closed_form_and_comes_to_re
 
 
 @pytest.mark.parametrize("name", ["state", "at", "tell", "start"])
-def test_a_port_cannot_have_the_name_of_a_hybrid_method(name: str) -> None:
+def test_a_port_of_a_hybrid_model_cannot_have_the_name_of_a_model_method(name: str) -> None:
     with pytest.raises(ModelError, match=rf"^m: a port cannot be named {name}: every "):
         Pendulum("m").add_in(name, Ask)
 
@@ -153,7 +153,7 @@ class Odd(Cooling):
         ),
     ],
 )
-def test_equations_that_cannot_be_integrated_are_reported(
+def test_a_hybrid_model_whose_equations_cannot_be_integrated_is_reported(
     model: Odd, sentence: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(hybrid, "STEPS", 1000)
@@ -200,7 +200,7 @@ def test_a_sliding_mode_at_a_guard_is_reported_by_name(seed: int) -> None:
 
 @pytest.mark.parametrize("period", [1e-6, 2e-8], ids=["1 MHz", "50 MHz"])
 @pytest.mark.parametrize("duty", [0.2, 0.5, 0.8])
-def test_rapid_switching_is_not_mistaken_for_chatter(period: float, duty: float) -> None:
+def test_rapid_switching_of_a_hybrid_model_is_not_mistaken_for_endless_events(period: float, duty: float) -> None:
     model = Relay(1 / duty, 1 / (1 - duty), width=period, start=period)
     n = 3 * hybrid.CROWD
     drive(model, until=seconds(n * period))
@@ -221,7 +221,7 @@ class Shrinking(Relay):
 
 
 @pytest.mark.parametrize("rest", [0.0, 1e-10])
-def test_event_cycles_that_shrink_without_end_are_reported_unless_the_model_comes_to_rest(rest: float) -> None:
+def test_ever_shorter_event_cycles_of_a_hybrid_model_are_reported_unless_the_model_comes_to_rest(rest: float) -> None:
     model = Shrinking(1.0, 1.0, width=1e-4, start=1e-4)
     model.rest = rest
     if rest:

@@ -36,7 +36,7 @@ class Adder(Atomic):
 @pytest.mark.parametrize(
     ("a", "b"), [((1,), ()), ((), (2,)), ((1,), (2,)), ((1, 3), ()), ((), (2, 4, 6)), ((1, 3), (2,))]
 )
-def test_a_port_without_messages_gives_an_empty_list(a: tuple[int, ...], b: tuple[int, ...]) -> None:
+def test_a_port_that_received_no_messages_gives_an_empty_list(a: tuple[int, ...], b: tuple[int, ...]) -> None:
     given = [(0, "a", Summand(n)) for n in a] + [(0, "b", Summand(n)) for n in b]
     assert drive(Adder("m"), given) == [(Tag(0, 1), "done", Summand(sum(a + b)))]
 
@@ -44,7 +44,7 @@ def test_a_port_without_messages_gives_an_empty_list(a: tuple[int, ...], b: tupl
 @pytest.mark.parametrize(
     "ask", ["a", 1, Adder("other").a, Adder("m").done, None], ids=["name", "int", "other", "out", "none"]
 )
-def test_reading_an_unknown_port_of_a_bag_is_refused(ask: object) -> None:
+def test_a_model_that_reads_an_unknown_port_of_its_bag_is_refused(ask: object) -> None:
     class Asking(Adder):
         def external(self, e: int, x: Any) -> None:
             x[ask]
@@ -56,7 +56,7 @@ def test_reading_an_unknown_port_of_a_bag_is_refused(ask: object) -> None:
         drive(Asking("m"), [(0, "a", Summand(1))])
 
 
-def test_a_port_added_to_a_model_instance_can_be_read() -> None:
+def test_a_port_that_a_model_adds_to_itself_can_be_read_in_its_transitions() -> None:
     class Wide(Adder):
         def __init__(self, name: str) -> None:
             super().__init__(name)

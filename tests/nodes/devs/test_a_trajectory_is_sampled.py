@@ -63,7 +63,7 @@ def test_samples_of_a_hybrid_model_agree_with_the_closed_form_and_change_no_even
             assert samples[t] == pytest.approx(level((t - begin) * 1e-9), abs=1e-8)
 
 
-def test_a_sampled_model_continues_from_a_snapshot():
+def test_a_model_that_samples_its_trajectory_continues_from_a_snapshot():
     def made():
         simulator = Simulator(SampledTank("tank"))
         simulator.start()

@@ -92,13 +92,13 @@ def test_an_input_to_an_fmu_acts_from_the_first_step_that_begins_at_or_after_it(
     assert [at["steps"] for at in values] == list(range(11))
 
 
-def test_the_step_of_an_fmu_is_its_lookahead(unit) -> None:
+def test_the_communication_step_of_an_fmu_is_the_lookahead_of_the_model(unit) -> None:
     simulator = Simulator(Fmu("spring", unit[0], ms(10), ["x"]))
     simulator.start()
     assert simulator.lookahead == {"spring.y": ms(10)}
 
 
-def test_an_fmu_continues_from_a_snapshot_or_reports_that_snapshots_are_not_supported(unit) -> None:
+def test_an_fmu_continues_from_a_snapshot_or_reports_that_it_does_not_support_snapshots(unit) -> None:
     file, keeps = unit
     simulator = Simulator(Fmu("spring", file, ms(10), ["x"]))
     simulator.start()
@@ -149,7 +149,7 @@ def test_the_digest_of_a_run_with_an_fmu_does_not_depend_on_its_processes_or_on_
     assert any("replayed from the start if it were lost: " in sentence for sentence in message) is not unit[1]
 
 
-def test_faults_of_an_fmu_are_reported_with_its_name(unit, tmp_path: Path) -> None:
+def test_a_faulty_fmu_is_reported_with_the_name_of_its_file(unit, tmp_path: Path) -> None:
     other = tmp_path / "other.fmu"
     other.write_bytes(b"no archive")
     with pytest.raises(ModelError, match=rf"^p: '{other}' is code in a folder that you have not trusted"):

@@ -54,9 +54,7 @@ WAYS = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_model_file_edited_between_runs_runs_with_its_present_text(
-    way: str, write: Callable[[str, str], Path]
-) -> None:
+def test_an_edited_model_file_is_read_again_by_the_next_run(way: str, write: Callable[[str, str], Path]) -> None:
     where, edited, text = WAYS[way]
     for package in ("pack/__init__.py", "pack/sub/__init__.py"):
         write(package, "")
@@ -73,7 +71,9 @@ def test_a_model_file_edited_between_runs_runs_with_its_present_text(
 
 @pytest.mark.large(beyond=3)
 @pytest.mark.parametrize("seed", range(12))
-def test_random_edits_of_random_modules_are_all_loaded(seed: int, write: Callable[[str, str], Path]) -> None:
+def test_every_random_edit_of_a_python_module_is_loaded_by_the_next_run(
+    seed: int, write: Callable[[str, str], Path]
+) -> None:
     """Each import is worth what its modules say now; none is executed if nothing was edited that it depends on."""
     random = Random(seed)
     names = [f"{'pack.' if random.random() < 0.4 else ''}m{seed}_{i}" for i in range(7)]
@@ -118,7 +118,9 @@ def test_random_edits_of_random_modules_are_all_loaded(seed: int, write: Callabl
                 seen[each] = edited
 
 
-def test_modules_imported_by_the_session_itself_are_not_reloaded(write: Callable[[str, str], Path]) -> None:
+def test_a_module_that_the_python_session_itself_has_imported_is_not_loaded_again(
+    write: Callable[[str, str], Path],
+) -> None:
     write("mine.py", "from heavylift.nodes.devs import Message\nclass Mine(Message):\n    x: int = 1\n")
     import mine  # type: ignore[import-not-found]
 
@@ -144,7 +146,9 @@ def test_a_file_with_a_syntax_error_does_not_run_its_earlier_version(write: Call
 MESSAGE = "from heavylift.nodes.devs import Message\nclass Edited(Message):\n    x: int\n"
 
 
-def test_a_message_class_may_move_to_another_module(write: Callable[[str, str], Path]) -> None:
+def test_a_message_class_may_move_to_another_module_between_two_runs(
+    write: Callable[[str, str], Path],
+) -> None:
     write("a.py", MESSAGE)
     imported("a")
     write("h.py", MESSAGE)
@@ -155,7 +159,7 @@ def test_a_message_class_may_move_to_another_module(write: Callable[[str, str], 
         imported("a")
 
 
-def test_messages_of_an_earlier_version_can_be_pickled(write: Callable[[str, str], Path]) -> None:
+def test_a_message_of_an_edited_message_class_can_be_pickled(write: Callable[[str, str], Path]) -> None:
     write("a.py", MESSAGE)
     message: Message = imported("a").Edited(7)
     write("a.py", f"{MESSAGE}    y: int = 3\n")

@@ -27,7 +27,7 @@ def sentence_of(**behaviour: Callable[..., Any]) -> str:
     return str(caught.value)
 
 
-def test_an_exception_raised_in_a_model_keeps_its_own_text() -> None:
+def test_an_exception_raised_in_model_code_keeps_its_own_text() -> None:
     text = sentence_of(internal=lambda self: {"H1": 1}["rope"])
     assert text == "r.m at (1 s, 0): internal() raised KeyError: 'rope' (test_broken_rules.py:31)"
 
@@ -38,7 +38,7 @@ def test_an_exception_raised_in_a_model_keeps_its_own_text() -> None:
     assert sentence_of(start=slack) == "r.m at (0 s, 0): rope H1 is 2 mm too short"
 
 
-def test_a_violated_lookahead_is_reported_with_the_port() -> None:
+def test_a_model_that_violates_its_lookahead_is_reported_with_the_port() -> None:
     def again(self: Model) -> None:
         self.hold_in(ms(9))
 
@@ -49,7 +49,7 @@ def test_a_violated_lookahead_is_reported_with_the_port() -> None:
     )
 
 
-def test_an_input_that_keeps_the_schedule_does_not_violate_the_lookahead() -> None:
+def test_an_input_that_does_not_change_the_next_event_of_a_model_does_not_violate_its_lookahead() -> None:
     class Standing(Model):
         def external(self, e: int, x: Bag) -> None:
             pass
@@ -61,7 +61,7 @@ def test_an_input_that_keeps_the_schedule_does_not_violate_the_lookahead() -> No
     assert run(coupled("r", [g, m], (g.out, m.into)), 2)[-1] == (1.0, 0, "r.m", "internal")
 
 
-def test_a_run_ends_when_all_models_are_passive() -> None:
+def test_a_devs_simulation_ends_when_all_its_models_are_passive() -> None:
     """At once, and after a step of positive length that left everybody passive."""
     assert len(run(coupled("r", [Relay("a", first=1), Sink("s")]), 1e6)) == 1
     g, a = Generator("g", seconds(1), count=1), Relay("a", seconds(2))

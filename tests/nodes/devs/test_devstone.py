@@ -106,7 +106,7 @@ def counts(kind: str, w: int, d: int) -> tuple[int, int, int]:
 
 
 @pytest.mark.parametrize("kind", ["LI", "HI", "HO", "HOmod"])
-def test_devstone_models_have_their_exact_structure_and_event_counts(kind: str) -> None:
+def test_models_of_the_devstone_benchmark_have_their_exact_structure_and_event_counts(kind: str) -> None:
     """64 sizes of each kind, 256 in all: atomics, couplings by their sort, transitions, events."""
     for w, d in product(range(1, 9), range(1, 9)):
         assert measured(kind, w, d) == (*structure(kind, w, d), counts(kind, w, d)), (w, d)

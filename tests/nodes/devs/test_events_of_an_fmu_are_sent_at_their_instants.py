@@ -58,7 +58,7 @@ def bounces() -> list[float]:
 
 
 @pytest.mark.parametrize("step", [0.8, 0.05])
-def test_an_fmu_sends_outputs_at_every_event_however_many_lie_in_one_step(ball, step):
+def test_an_fmu_sends_outputs_at_every_event_even_if_several_lie_in_one_step(ball, step):
     sent = drive(Fmu("ball", ball, seconds(step), OUTPUTS), [], until=seconds(UNTIL))
     ours = {tag.t: dict(message.values) for tag, _, message in sent}
     grid = {seconds(step) * n for n in range(ceil(UNTIL / step))}
@@ -71,7 +71,7 @@ def test_an_fmu_sends_outputs_at_every_event_however_many_lie_in_one_step(ball, 
     assert [ours[seconds(t)]["seconds"] for t in (1.0, 2.0)] == [1.0, 2.0]
 
 
-def test_an_fmu_with_events_is_played_as_fmpy_plays_it(ball):
+def test_an_fmu_with_events_gives_the_outputs_that_fmpy_computes(ball):
     sent = drive(Fmu("ball", ball, ms(500), MECHANICS), [], until=seconds(UNTIL))
     rows = fmpy.simulate_fmu(
         str(ball), fmi_type="CoSimulation", stop_time=3.0, output_interval=0.5, output=MECHANICS,

@@ -55,7 +55,7 @@ def place(function: Callable[..., Any]) -> str:
     return f"{Path(__file__).name}:{function.__code__.co_firstlineno + 1}"
 
 
-def test_the_model_used_in_tests_of_illegal_changes_is_itself_legal() -> None:
+def test_the_model_that_tests_make_illegal_by_single_changes_is_legal_without_them() -> None:
     assert kinds(yard(M), 10)["r.m"] == "ieci"
 
 
@@ -82,7 +82,7 @@ def leaving(self: Atomic, *_: object) -> NoReturn:
 
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
-def test_a_model_cannot_end_the_program(function: str, where: str) -> None:
+def test_a_model_that_calls_exit_cannot_end_the_program(function: str, where: str) -> None:
     assert sentence(**{function: leaving}) == f"{where} raised SystemExit: two lines ({place(leaving)})"
 
 
@@ -91,7 +91,7 @@ def endless(self: Atomic, *_: object) -> None:
 
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
-def test_endless_recursion_in_any_of_the_five_model_functions_is_reported(function: str, where: str) -> None:
+def test_endless_recursion_in_a_devs_function_of_a_model_is_reported(function: str, where: str) -> None:
     assert sentence(**{function: endless}).startswith(f"{where} raised RecursionError: maximum recursion depth")
 
 
@@ -108,7 +108,7 @@ WAITS: list[tuple[Any, str]] = [
 
 
 @pytest.mark.parametrize(("wait", "wrong"), WAITS, ids=[repr(wait) for wait, _ in WAITS])
-def test_an_invalid_wait_is_reported(wait: Any, wrong: str) -> None:
+def test_an_invalid_wait_in_an_action_list_is_reported(wait: Any, wrong: str) -> None:
     assert sentence(start=lambda self: self.hold_in(wait)) == f"r.m at (0 s, 0): {wrong}"
     assert sentence(internal=lambda self: self.hold_in(wait)) == f"r.m at (1 s, 0): {wrong}"
     assert sentence(external=lambda self, e, x: self.hold_in(wait)) == f"r.m at (2 s, 0): {wrong}"
@@ -141,7 +141,9 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
 
 
 @pytest.mark.parametrize(("speak", "wrong"), [entry[1:] for entry in OUTPUTS], ids=[entry[0] for entry in OUTPUTS])
-def test_state_changes_in_the_output_function_are_reported(speak: Callable[[Any], object], wrong: str) -> None:
+def test_an_output_function_that_changes_the_state_of_its_model_is_reported(
+    speak: Callable[[Any], object], wrong: str
+) -> None:
     line = f"{Path(__file__).name}:{speak.__code__.co_firstlineno}"
     assert sentence(output=speak) == f"r.m at (1 s, 0): {wrong}".replace("LINE", line)
 
@@ -167,18 +169,18 @@ def test_the_output_function_must_not_change_the_model_structure(change: Callabl
 @pytest.mark.parametrize(
     ("function", "where"), [("start", "0"), ("internal", "1"), ("external", "2"), ("confluent", "3")]
 )
-def test_a_model_may_send_messages_only_in_its_output_function(function: str, where: str) -> None:
+def test_a_model_that_sends_a_message_outside_its_output_function_is_reported(function: str, where: str) -> None:
     text = sentence(**{function: lambda self, *_: self.out.send(Item(1))})
     assert text == f"r.m at ({where} s, 0): port out was used outside output(); only output() may send"
 
 
-def test_a_scheduled_transition_that_sets_no_new_schedule_is_reported() -> None:
+def test_a_model_that_sets_no_new_schedule_after_a_scheduled_transition_is_reported() -> None:
     nothing = "() scheduled nothing: call hold_in or passivate"
     assert sentence(internal=lambda self: None) == f"r.m at (1 s, 0): internal{nothing}"
     assert sentence(confluent=lambda self, x: None) == f"r.m at (3 s, 0): confluent{nothing}"
 
 
-def test_missing_model_functions_are_reported() -> None:
+def test_a_model_class_that_lacks_a_required_function_is_reported() -> None:
     class Deaf(Atomic):
         into, out = In(Item), Out(Item)
 
@@ -213,7 +215,7 @@ def zero_time_loop(model: Coupled) -> str:
     return str(caught.value).removesuffix(limit)
 
 
-def test_a_model_that_always_waits_0_ns_is_reported() -> None:
+def test_a_model_that_always_waits_0_ns_for_its_next_event_is_reported() -> None:
     class Restless(M):
         def internal(self) -> None:
             self.hold_in(0)
@@ -222,14 +224,14 @@ def test_a_model_that_always_waits_0_ns_is_reported() -> None:
 
 
 @pytest.mark.parametrize("members", [2, 5])
-def test_a_cycle_without_delay_is_reported_with_its_members_only(members: int) -> None:
+def test_a_cycle_of_models_without_delay_is_reported_with_its_members_only(members: int) -> None:
     ring = [Relay(name, first=1 if name == "a" else None) for name in "abcde"[:members]]
     couplings = [(m.out, ring[i - members + 1].into) for i, m in enumerate(ring)]
     model = coupled("r", [*ring, Generator("g", 1, first=0)], *couplings)
     assert zero_time_loop(model) == ", ".join(m.path for m in ring) + " at (0 s, 10000)"
 
 
-def test_many_zero_delays_at_different_times_are_accepted() -> None:
+def test_zero_delays_at_many_different_times_are_accepted_by_the_simulator() -> None:
     g, r = Generator("g", 10, count=200), Relay("r")
     simulator = Simulator(coupled("r", [g, r], (g.out, r.into)), microsteps=3)
     simulator.start()
@@ -237,7 +239,7 @@ def test_many_zero_delays_at_different_times_are_accepted() -> None:
     assert simulator.next_time.t > 2000
 
 
-def test_a_model_that_runs_a_simulator_inside_its_transition_is_reported() -> None:
+def test_a_model_that_runs_its_own_simulator_inside_a_transition_is_reported() -> None:
     class Hasty(M):
         def internal(self) -> None:
             simulator.run()
@@ -257,12 +259,12 @@ def test_a_model_that_runs_a_simulator_inside_its_transition_is_reported() -> No
     assert simulator.next_time == Tag(seconds(1))
 
 
-def test_using_a_model_before_its_start_is_refused() -> None:
+def test_running_a_devs_simulator_before_its_start_is_refused() -> None:
     with pytest.raises(ModelError, match=r"^r: the simulation has not begun; call start\(\) first$"):
         Simulator(yard(M)).run()
 
 
-def test_a_model_whose_init_forgets_its_base_class_is_reported() -> None:
+def test_a_model_class_whose_constructor_does_not_call_that_of_its_base_class_is_reported() -> None:
     class Forgetful(Atomic):
         def __init__(self) -> None:
             self.load = 3
@@ -271,7 +273,7 @@ def test_a_model_whose_init_forgets_its_base_class_is_reported() -> None:
         Coupled("r").add(Forgetful())
 
 
-def test_inputs_in_the_past_and_steps_beyond_the_next_event_are_refused() -> None:
+def test_inputs_in_the_past_and_steps_beyond_the_next_event_are_refused_by_a_simulator() -> None:
     simulator = Simulator(m := M("m"))
     simulator.start()
     simulator.advance(Tag(seconds(1)))

@@ -7,7 +7,7 @@ from heavylift.nodes.zoo import Generator, Processor, Transducer, workshop
 
 
 @pytest.mark.parametrize("nested", [False, True])
-def test_a_processor_completes_four_of_eleven_generated_jobs(nested: bool) -> None:
+def test_a_processor_model_completes_four_of_eleven_generated_jobs(nested: bool) -> None:
     if nested:
         model = workshop(seconds(1), seconds(2.5), seconds(10))
         t = model.children["frame"].children["transducer"]

@@ -42,7 +42,7 @@ class Loose(msgspec.Struct):
 define: Any = type(Message)
 
 
-def test_messages_are_encoded_canonically_and_decoded() -> None:
+def test_every_message_type_can_be_encoded_canonically_and_decoded() -> None:
     rich = Rich(Kind.TAUT, Place(1.0, 2.0), Point(3.0), (Item(1), Item(2)), "down", 0.5, Tag(7, 1))
     assert decode("Rich", encode(rich)) == rich
     assert encode(Item(5)) == b"\x81\xa1n\x05"
@@ -72,12 +72,12 @@ def test_a_message_class_with_a_mutable_field_is_refused(field: Any, shown: str)
     )
 
 
-def test_a_message_that_is_not_frozen_is_refused() -> None:
+def test_a_message_class_that_is_not_frozen_is_refused() -> None:
     with pytest.raises(ModelError, match=r"^message Thawed is not frozen: a receiver could change it"):
         define("Thawed", (Message,), {"__annotations__": {"n": int}}, frozen=False)
 
 
-def test_two_message_classes_of_one_name_are_refused() -> None:
+def test_two_message_classes_with_the_same_name_are_refused() -> None:
     with pytest.raises(ModelError, match=r"^message Item is defined in devs_stories and again in else"):
         define("Item", (Message,), {"__annotations__": {"n": int}, "__module__": "elsewhere"})
 
@@ -102,7 +102,9 @@ class Bundle(Message):
     ],
     ids=lambda x: "" if isinstance(x, dict) else x,
 )
-def test_no_mutable_container_enters_a_message_with_or_without_annotations(fields: Any, shown: str) -> None:
+def test_a_message_field_that_contains_a_mutable_container_is_refused_with_or_without_annotation(
+    fields: Any, shown: str
+) -> None:
     """So neither a receiver nor the sender, after it has sent, can change what the others see."""
     with pytest.raises(ModelError) as caught:
         Bundle(**fields)
@@ -117,7 +119,7 @@ def test_a_mutable_default_in_a_message_class_is_refused_with_the_class() -> Non
         define("Heap", (Message,), {"__annotations__": {"parts": list[int]}, "parts": []})
 
 
-def test_a_receiver_that_empties_its_bag_leaves_the_bags_of_other_receivers_unchanged() -> None:
+def test_a_model_that_empties_its_input_bag_leaves_the_bags_of_other_models_unchanged() -> None:
     """One spoils its bag, the others and the trace keep theirs."""
 
     class Spoiler(Relay):
@@ -135,12 +137,12 @@ def test_a_receiver_that_empties_its_bag_leaves_the_bags_of_other_receivers_unch
     assert [line.bag for line in trace] == [(("into", Item(1)),), (("into", Item(1)),), ()]
 
 
-def test_a_receiver_cannot_change_a_message() -> None:
+def test_the_receiver_of_a_message_cannot_change_the_message() -> None:
     with pytest.raises(AttributeError):
         Item(1).n = 2
 
 
-def test_each_receiver_has_its_own_bag_and_its_own_decoded_message() -> None:
+def test_each_receiver_of_a_message_has_its_own_bag_and_its_own_decoded_copy() -> None:
     a, b, seed = Relay("a"), Relay("b"), Relay("seed", first=1)
     simulator = Simulator(coupled("r", [seed, a, b], (seed.out, a.into), (seed.out, b.into)))
     simulator.start()
@@ -168,7 +170,7 @@ def test_each_receiver_has_its_own_bag_and_its_own_decoded_message() -> None:
         ),
     ],
 )
-def test_invalid_bytes_and_unknown_message_types_are_reported_by_name(
+def test_bytes_that_are_no_message_and_unknown_message_types_are_refused_by_name(
     type_: str, payload: bytes, sentence: str
 ) -> None:
     simulator = Simulator(Sink("s"), wires=[("x", "o", "s", "into")])

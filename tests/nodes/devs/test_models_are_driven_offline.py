@@ -15,7 +15,7 @@ from heavylift.nodes.scene import load
 from heavylift.nodes.zoo import Generator, Job, Processor
 
 
-def test_the_model_of_the_west_crane_reports_a_travel_of_10_m_done_after_30_s() -> None:
+def test_the_model_of_the_west_crane_reports_after_30_s_that_it_has_travelled_10_m() -> None:
     west, gantry = build_one(load("turnover").plan, "west"), "west.gantry.drive"
     text = drive(west, [(seconds(1), "order", Order(gantry, 1, (0, 0), Motion(speed=0.5, accel=0.05, by=10.0)))])
     assert text[-2:] == [
@@ -24,7 +24,7 @@ def test_the_model_of_the_west_crane_reports_a_travel_of_10_m_done_after_30_s() 
     ]
 
 
-def test_the_function_drive_returns_the_outputs_of_a_model_for_a_list_of_inputs() -> None:
+def test_the_function_drive_returns_the_outputs_of_a_single_model_for_a_list_of_inputs() -> None:
     jobs = [(seconds(t), "into", Job(t)) for t in (1, 2, 4)]
     processor = Processor("p", seconds(2.5))
     assert drive(processor, jobs) == [
@@ -34,13 +34,13 @@ def test_the_function_drive_returns_the_outputs_of_a_model_for_a_list_of_inputs(
     assert drive(processor, jobs, until=seconds(6.5)) == [(Tag(seconds(3.5)), "done", Job(1))]
 
 
-def test_inputs_at_one_tag_form_one_bag_and_tags_have_microsteps() -> None:
+def test_inputs_at_one_logical_time_form_one_bag_and_logical_times_have_microsteps() -> None:
     inputs: list[tuple[int | Tag, str, Message]] = [(5, "into", Item(1)), (5, "into", Item(2))]
     assert drive(Relay("r", 3), inputs) == [(Tag(8), "out", Item(1)), (Tag(8), "out", Item(2))]
     assert drive(Relay("r", 0), [(Tag(5, 2), "into", Item(1))]) == [(Tag(5, 3), "out", Item(1))]
 
 
-def test_a_coupled_model_is_driven_through_its_own_ports() -> None:
+def test_the_function_drive_sends_inputs_to_the_ports_of_a_coupled_model_and_returns_its_outputs() -> None:
     first, second = Relay("first", 1), Relay("second", 2)
     model = coupled("both", [first, second], (first.out, second.into))
     model.connect(model.add_in("i", Item), first.into)
@@ -59,7 +59,7 @@ def test_an_output_function_that_changes_its_model_is_refused_in_an_offline_test
         drive(Impure("g", seconds(1)), until=seconds(3))
 
 
-def test_the_transitions_of_an_offline_driven_model_can_be_inspected() -> None:
+def test_the_transitions_of_a_model_driven_offline_can_be_inspected() -> None:
     log: list[Transition] = []
     drive(Processor("p", 10), [(5, "into", Job(1)), (15, "into", Job(2))], log=log.append)
     assert [(line.tag.t, line.kind) for line in log] == [(5, "external"), (15, "confluent"), (25, "internal")]
@@ -75,6 +75,6 @@ def test_the_transitions_of_an_offline_driven_model_can_be_inspected() -> None:
         ((1, "into", Item(1)), "p.into carries Job, not Item"),
     ],
 )
-def test_invalid_inputs_of_an_offline_model_test_are_refused(entry: Any, sentence: str) -> None:
+def test_invalid_inputs_of_a_model_driven_offline_are_refused(entry: Any, sentence: str) -> None:
     with pytest.raises(ModelError, match=f"^{re.escape(sentence)}$"):
         drive(Processor("p", 10), [entry])

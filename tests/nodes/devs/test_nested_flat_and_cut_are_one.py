@@ -32,7 +32,7 @@ def test_sixty_random_models_give_equal_logs_in_nested_flat_and_distributed_simu
     assert microsteps > 1_000
 
 
-def test_the_random_models_have_the_stated_size_and_depth() -> None:
+def test_randomly_generated_devs_models_have_the_stated_size_and_depth() -> None:
     atomics = [Simulator(build_deep(seed)).atomics for seed in MODELS]
     assert 20 <= max(map(len, atomics)) <= 30
     assert max(m.path.count(".") for models in atomics for m in models) == 4
@@ -41,7 +41,7 @@ def test_the_random_models_have_the_stated_size_and_depth() -> None:
 @pytest.mark.parametrize(
     "model", [lambda: ring(5, 3, seconds(0.4)), lambda: workshop(seconds(1), seconds(2.5), seconds(10))]
 )
-def test_a_trace_equals_the_reference_log_line_by_line(model) -> None:
+def test_the_printed_trace_of_a_devs_run_equals_the_reference_log_line_by_line(model) -> None:
     by_the_book: list[Transition] = []
     nested(model(), seconds(12), by_the_book.append)
     message: list[Transition] = []
@@ -54,7 +54,7 @@ def test_a_trace_equals_the_reference_log_line_by_line(model) -> None:
     assert len(trace) == len(by_the_book) > 20
 
 
-def test_a_bag_holds_external_messages_before_internal_ones_at_any_nesting_depth() -> None:
+def test_messages_from_outside_a_model_precede_internal_ones_in_a_bag_at_any_nesting_depth() -> None:
     """Two sources inside, one outside three levels up whose name sorts last."""
 
     def model() -> tuple[Coupled, Sink]:
@@ -79,7 +79,9 @@ def test_a_bag_holds_external_messages_before_internal_ones_at_any_nesting_depth
     assert sink.got == [(Tag(0), [0, 1, 2])]
 
 
-def test_the_log_comparison_detects_a_simulator_that_does_not_sort_its_bags(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_comparison_of_logs_detects_a_simulator_that_does_not_sort_simultaneous_messages(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     truth = [flat(seed, END, build_deep) for seed in MODELS]
     monkeypatch.setattr(bags, "place", lambda entry: -entry[0])
     assert sum(flat(seed, END, build_deep) != truth[seed] for seed in MODELS) > 10

@@ -32,16 +32,16 @@ class Shot(Atomic):
         self.passivate()
 
 
-def test_a_one_shot_atomic_fires_once_and_a_passive_one_never() -> None:
+def test_an_atomic_model_scheduled_once_has_one_transition_and_a_passive_model_has_none() -> None:
     assert run(Shot(seconds(5)), 100) == [(5.0, 0, "shot", "internal")]
     assert run(Shot(NEVER), 100) == []
 
 
-def test_an_atomic_with_period_2_makes_five_transitions_before_time_9() -> None:
+def test_a_generator_with_a_period_of_2_s_makes_five_transitions_before_9_s() -> None:
     assert [t for t, _, _, _ in run(Generator("g", seconds(2), first=0), 9)] == [0, 2, 4, 6, 8]
 
 
-def test_the_output_function_is_called_before_an_internal_transition_and_may_be_called_again() -> None:
+def test_the_output_function_is_called_before_an_internal_transition_and_may_be_called_repeatedly() -> None:
     g = Generator("g", seconds(10))
     simulator = Simulator(g)
     simulator.start()
@@ -53,7 +53,7 @@ def test_the_output_function_is_called_before_an_internal_transition_and_may_be_
         assert g.n == tick + 1
 
 
-def test_an_input_before_its_first_output_silences_a_generator() -> None:
+def test_a_generator_model_that_receives_an_input_before_its_first_output_sends_nothing() -> None:
     g = Generator("g", seconds(10))
     simulator = Simulator(g)
     simulator.start()
@@ -62,7 +62,7 @@ def test_an_input_before_its_first_output_silences_a_generator() -> None:
     assert (simulator.next_time, g.n, simulator.outputs()) == (FOREVER, 0, [])
 
 
-def test_a_relay_changes_its_state_only_at_its_input_and_its_output() -> None:
+def test_a_relay_model_changes_its_state_only_when_it_receives_or_sends_a_message() -> None:
     log: list[Transition] = []
     simulator = Simulator(Relay("r", seconds(1)), log.append)
     simulator.start()
@@ -75,7 +75,7 @@ def test_a_relay_changes_its_state_only_at_its_input_and_its_output() -> None:
     ]
 
 
-def test_elapsed_time_counts_from_the_last_transition() -> None:
+def test_the_elapsed_time_of_a_model_counts_from_its_last_transition() -> None:
     relay = Relay("r", seconds(100))
     simulator = Simulator(relay)
     simulator.start()
@@ -85,7 +85,7 @@ def test_elapsed_time_counts_from_the_last_transition() -> None:
     assert relay.elapsed == [seconds(0.5), seconds(0.75)]
 
 
-def test_an_external_transition_without_a_new_schedule_keeps_the_old_schedule() -> None:
+def test_an_external_transition_that_sets_no_new_schedule_keeps_the_old_one() -> None:
     class Busy(Generator):
         def external(self, e: int, x: Bag) -> None:
             pass
@@ -97,7 +97,7 @@ def test_an_external_transition_without_a_new_schedule_keeps_the_old_schedule() 
     assert simulator.next_time == Tag(seconds(10))
 
 
-def test_an_input_at_the_scheduled_time_is_one_confluent_transition_with_zero_elapsed_time() -> None:
+def test_an_input_at_the_scheduled_time_causes_one_confluent_transition_with_zero_elapsed_time() -> None:
     relay = Relay("r", seconds(1))
     log: list[Transition] = []
     simulator = Simulator(relay, log.append)
@@ -125,7 +125,7 @@ def test_a_confluent_transition_can_be_overridden_and_never_occurs_without_an_in
     assert kinds(Patient("p", first=3), 1) == {"p": "i"}
 
 
-def test_advancing_past_the_next_transition_or_into_the_past_is_refused() -> None:
+def test_a_simulator_refuses_to_advance_past_the_next_transition_or_into_the_past() -> None:
     simulator = Simulator(Generator("g", seconds(1)))
     simulator.start()
     with pytest.raises(ModelError, match=r"^g: cannot advance to \(2 s, 0\): the next transition is"):
@@ -135,7 +135,7 @@ def test_advancing_past_the_next_transition_or_into_the_past_is_refused() -> Non
         simulator.advance(Tag(seconds(0.5)))
 
 
-def test_a_run_excludes_its_end_and_can_be_continued() -> None:
+def test_a_simulator_run_stops_before_its_end_time_and_can_be_continued() -> None:
     def log_of(*ends: int) -> list[Transition]:
         log: list[Transition] = []
         simulator = Simulator(Generator("g", seconds(1)), log.append)
@@ -148,7 +148,7 @@ def test_a_run_excludes_its_end_and_can_be_continued() -> None:
     assert log_of(seconds(3), seconds(6)) == log_of(seconds(6))
 
 
-def test_starting_again_begins_a_new_run_and_two_simulators_do_not_interact() -> None:
+def test_starting_a_simulator_again_begins_a_new_run_and_does_not_affect_other_simulators() -> None:
     log: list[Transition] = []
     simulator = Simulator(Generator("g", seconds(1)), log.append)
     other = Simulator(Generator("g", seconds(7)))
@@ -163,7 +163,7 @@ def test_starting_again_begins_a_new_run_and_two_simulators_do_not_interact() ->
     assert log == first
 
 
-def test_superdense_time_is_ordered_by_time_and_then_by_microstep() -> None:
+def test_logical_times_are_ordered_by_time_and_then_by_microstep() -> None:
     assert after(Tag(1, 1), 0) == succ(Tag(1, 1)) == Tag(1, 2)
     assert after(Tag(1, 3), 4) == Tag(5, 0)
     assert Tag(1, 9) < Tag(2, 0) < Tag(2, 1) < FOREVER == after(FOREVER, 5) == succ(FOREVER) == after(Tag(3), NEVER)
@@ -175,7 +175,7 @@ def test_superdense_time_is_ordered_by_time_and_then_by_microstep() -> None:
     ]
 
 
-def test_ports_are_typed_names_on_the_class_and_bound_on_the_instance() -> None:
+def test_ports_are_declared_on_the_model_class_and_bound_to_each_instance() -> None:
     class Both(Atomic):
         here, there = In(Item), Out(Item, lookahead=ms(10))
 

@@ -11,6 +11,7 @@ from devs_stories import Item, Relay, coupled
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Atomic, Out, Simulator, Tag
 from heavylift.nodes.devs.execution import rules
+from heavylift.nodes.plan import Gear
 
 
 class Clock(Atomic):
@@ -82,7 +83,7 @@ def ran(until: int, *models: Atomic) -> str:
 
 
 @pytest.mark.parametrize(("key", "spoil"), SPOILS, ids=[f"{key}-{i}" for i, (key, _) in enumerate(SPOILS)])
-def test_an_output_function_that_changes_the_state_is_reported_with_the_attribute(
+def test_an_output_function_that_changes_the_state_is_reported_with_the_changed_attribute(
     key: str, spoil: Callable[[Any], object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     message = f"r.b at (0.00000001 s, 0): output() must not change the state: it changed {key}; do that in a transition"
@@ -92,7 +93,7 @@ def test_an_output_function_that_changes_the_state_is_reported_with_the_attribut
 
 
 @pytest.mark.parametrize("after", range(0, 4000, 333))
-def test_an_output_function_that_starts_to_change_the_state_later_is_found_soon(after: int) -> None:
+def test_an_output_function_that_begins_to_change_the_state_late_in_a_run_is_soon_found(after: int) -> None:
     message = ran(
         50_000, *(Light(f"c{i}") for i in range(5)), Light("late", lambda self: put("n", self.n + 1)(self), after)
     )
@@ -102,7 +103,7 @@ def test_an_output_function_that_starts_to_change_the_state_later_is_found_soon(
     assert 0 <= seen - 10 * (after + 1) < 20 * rules.EVERY  # [ns]
 
 
-def test_an_output_function_without_state_changes_is_accepted() -> None:
+def test_an_output_function_that_changes_no_state_is_accepted() -> None:
     harmless: list[Callable[[Any], object]] = [
         lambda self: self.queue.sort(),
         put("n", 0),
@@ -114,7 +115,7 @@ def test_an_output_function_without_state_changes_is_accepted() -> None:
         assert ran(15, Clock("a", spoil)) == "came to 20"
 
 
-def test_large_states_are_checked_less_often_for_changes_by_the_output_function() -> None:
+def test_a_model_with_a_large_state_is_checked_less_often_for_changes_in_its_output_function() -> None:
     candidates = 0
 
     class Heavy(Relay):
@@ -134,6 +135,29 @@ def test_large_states_are_checked_less_often_for_changes_by_the_output_function(
     simulator.run(10 * 251 * 100)
     assert simulator.next_time == Tag(10 * 251 * 100)
     assert 2 <= candidates <= 30, "of 25 000 outputs"
+
+
+class Planned(Clock):
+    def start(self) -> None:
+        super().start()
+        self.gear, self.known = gear(0), Inner()
+        self.known.parts = [gear(n) for n in range(1000)]
+
+
+def gear(number: int) -> Gear:
+    return Gear(name=f"shackle {number}", kind="shackle", number=number)
+
+
+@pytest.mark.parametrize(
+    ("key", "spoil"),
+    [("gear", lambda self: put("gear", gear(1))(self)), ("known", lambda self: self.known.parts.insert(9, gear(1)))],
+)
+def test_an_output_function_that_replaces_a_part_of_a_plan_is_reported_without_reading_plans(
+    key: str, spoil: Callable[[Any], object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert f"it changed {key}" in ran(45, Planned("a", spoil))
+    monkeypatch.setattr(Gear, "__reduce__", lambda self: pytest.fail("a plan was read"))
+    assert ran(15, Planned("a")) == "came to 20"
 
 
 class Bare(Atomic):
@@ -169,7 +193,7 @@ UNCHANGEABLE: list[tuple[str, Callable[[Any], object]]] = [
 
 
 @pytest.mark.parametrize(("key", "spoil"), UNCHANGEABLE)
-def test_an_output_function_that_replaces_an_immutable_attribute_is_reported_with_the_attribute(
+def test_an_output_function_that_replaces_an_immutable_attribute_is_reported_with_its_name(
     key: str, spoil: Callable[[Any], object]
 ) -> None:
     message = f"r.a at (0.00000001 s, 0): output() must not change the state: it changed {key}; do that in a transition"

@@ -91,7 +91,9 @@ PATTERNS: dict[str, tuple[Callable[[], Coupled], list[str]]] = {
 
 
 @pytest.mark.parametrize("name", PATTERNS)
-def test_communication_patterns_give_equal_logs_in_nested_and_flat_and_distributed_simulators(name: str) -> None:
+def test_fan_in_and_fan_out_of_messages_give_equal_logs_in_nested_and_flat_and_distributed_simulators(
+    name: str,
+) -> None:
     build, expected = PATTERNS[name]
     for log in logs_of(build, seconds(2) if name.startswith("ring") else seconds(10)):
         message = []
@@ -108,7 +110,7 @@ def branches(levels: int) -> list[list[tuple[object, ...]]]:
     return [[(line.tag, line.path.rsplit(".", 1)[1], *line[2:]) for line in log] for log in logs]
 
 
-def test_the_dual_of_the_dual_of_a_communication_pattern_is_the_pattern_itself() -> None:
+def test_branches_nested_three_coupled_models_deep_make_the_same_transitions_as_one_branch() -> None:
     """The same branches three boxes deep: the same times, kinds and bags."""
     assert branches(3) == branches(1)
     assert len(branches(3)[0]) == 12

@@ -85,14 +85,14 @@ def compared(seed: int) -> tuple[int, int]:
 
 @pytest.mark.parametrize("seeds", [range(k, k + 40) for k in range(0, 400, 40)], ids=str)
 @pytest.mark.large(beyond=2)
-def test_plain_messages_arrive_unchanged(seeds: range) -> None:
+def test_messages_of_plain_data_arrive_as_they_were_sent(seeds: range) -> None:
     found = [compared(seed) for seed in seeds]
     assert sum(wrong for _, wrong in found) == 0
     assert sum(plain for plain, _ in found) > 150
 
 
 @pytest.mark.parametrize("careless", [int, str, float])
-def test_the_comparison_of_message_checks_detects_a_check_that_is_too_weak(
+def test_the_test_of_message_checks_detects_a_check_that_is_too_weak(
     careless: type, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(

@@ -15,7 +15,7 @@ class Other(Message):
     n: int
 
 
-def test_messages_fan_out_fan_in_and_pass_through_three_levels() -> None:
+def test_messages_pass_from_one_model_to_two_and_from_two_to_one_through_three_levels_of_nesting() -> None:
     seed, left, right, sink = Relay("seed", first=1), Relay("left"), Relay("right"), Sink("sink")
     inside: Coupled = coupled("level2", [left, right])
     inside.connect(inside.add_in("i", Item), left.into)
@@ -33,11 +33,11 @@ def test_messages_fan_out_fan_in_and_pass_through_three_levels() -> None:
     assert sink.got == [(Tag(0, 1), [1, 1])]
 
 
-def test_an_unconnected_port_has_no_receiver() -> None:
+def test_a_message_sent_on_an_unconnected_port_is_delivered_to_no_model() -> None:
     assert run(coupled("r", [Generator("g", seconds(1), count=1), Sink("s")]), 5) == [(1.0, 0, "r.g", "internal")]
 
 
-def test_the_bag_is_empty_after_a_filter_drops_its_message() -> None:
+def test_a_nested_model_receives_nothing_if_an_upstream_filter_drops_the_message() -> None:
     class First(Relay):
         def output(self) -> None:
             if self.held[0].n == 0:
@@ -50,7 +50,7 @@ def test_the_bag_is_empty_after_a_filter_drops_its_message() -> None:
     assert sink.got == [(Tag(seconds(1), 1), [0])]
 
 
-def test_outputs_of_the_root_model_are_recorded_as_numbered_events() -> None:
+def test_outputs_of_the_root_model_are_recorded_as_events_with_numbers() -> None:
     a, b = Relay("a", first=1), Relay("b", first=2)
     model = coupled("west", [a, b])
     out = model.add_out("report", Item)
@@ -63,7 +63,7 @@ def test_outputs_of_the_root_model_are_recorded_as_numbered_events() -> None:
     assert [(e.type, e.value) for e in events] == [("Item", Item(1)), ("Item", Item(2))]
 
 
-def test_the_lookahead_of_a_root_model_is_the_smallest_of_its_sending_ports() -> None:
+def test_the_lookahead_of_a_root_model_is_the_smallest_of_all_its_ports_that_send() -> None:
     class Slow(Relay):
         late = Out(Item, lookahead=ms(10))
 
@@ -84,7 +84,7 @@ def wrong(make: Callable[[], object], sentence: str) -> None:
         make()
 
 
-def test_invalid_model_names_are_refused() -> None:
+def test_invalid_names_of_models_are_refused() -> None:
     r = coupled("r", [Sink("a")])
     wrong(lambda: r.add(Sink("a")), "r: two children are named a; rename one of them")
     wrong(lambda: r.add(r), "r: r already has a parent and cannot be added here")
@@ -98,7 +98,7 @@ def test_invalid_model_names_are_refused() -> None:
     )
 
 
-def test_invalid_couplings_are_refused() -> None:
+def test_couplings_between_unknown_or_unsuitable_ports_are_refused() -> None:
     a, b, inner = Relay("a"), Relay("b"), coupled("inner", [Relay("c")])
     r, c = coupled("r", [a, b, inner], (a.out, b.into)), inner.children["c"]
     i, o = r.add_in("i", Item), r.add_out("o", Item)
@@ -124,7 +124,7 @@ def test_invalid_couplings_are_refused() -> None:
         wrong(partial(r.connect, source, target), f"r: coupling {source!r} -> {target!r}: {why}")
 
 
-def test_invalid_ports_are_refused() -> None:
+def test_invalid_ports_of_a_devs_model_are_refused() -> None:
     wrong(lambda: In(int), "a port cannot carry <class 'int'>: derive it from Message")  # type: ignore[type-var]
     wrong(lambda: Sink("s").add_out("o", Item, -1), "s: port o: lookahead -1 is not a number of ns >= 0")
     wrong(

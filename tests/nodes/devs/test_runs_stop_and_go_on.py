@@ -24,7 +24,7 @@ def whole(model) -> list[Transition]:
     return log
 
 
-def test_a_run_interrupted_at_several_times_has_the_log_of_the_whole_run() -> None:
+def test_a_simulation_run_in_several_pieces_has_the_log_of_an_undivided_run() -> None:
     for model, again in zip(models(), models(), strict=True):
         log: list[Transition] = []
         simulator = Simulator(model, log.append)
@@ -34,7 +34,7 @@ def test_a_run_interrupted_at_several_times_has_the_log_of_the_whole_run() -> No
         assert log == whole(again)
 
 
-def test_a_snapshot_at_any_time_continues_unchanged() -> None:
+def test_a_simulator_that_continues_from_a_snapshot_at_any_time_gives_the_undisturbed_log() -> None:
     rng = random.Random(1)
     for number in range(3):
         expected = whole(list(models())[number])
@@ -52,7 +52,7 @@ def test_a_snapshot_at_any_time_continues_unchanged() -> None:
             assert log == expected
 
 
-def test_a_snapshot_is_restored_in_another_simulator() -> None:
+def test_a_simulator_can_be_restored_from_the_snapshot_of_another_simulator() -> None:
     first = Simulator(workshop(seconds(1), seconds(2.5), seconds(10)))
     first.start()
     first.run(seconds(5))
@@ -65,7 +65,7 @@ def test_a_snapshot_is_restored_in_another_simulator() -> None:
     assert untouched.arrivals == 5
 
 
-def test_a_stop_condition_on_the_state_ends_a_run_after_its_tag() -> None:
+def test_a_stop_condition_on_the_model_state_ends_a_run_after_the_present_logical_time() -> None:
     g, s = Generator("g", seconds(1)), Sink("s")
     simulator = Simulator(coupled("line", [g, s], (g.out, s.into)))
     simulator.start()
@@ -75,7 +75,7 @@ def test_a_stop_condition_on_the_state_ends_a_run_after_its_tag() -> None:
     assert s.got[-1][0].t == seconds(5)
 
 
-def test_a_state_that_cannot_be_saved_is_refused() -> None:
+def test_the_snapshot_of_a_model_whose_state_cannot_be_saved_is_refused() -> None:
     class Secret(Atomic):
         def start(self) -> None:
             self.law = lambda x: x

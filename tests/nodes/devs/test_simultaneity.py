@@ -10,7 +10,7 @@ from devs_stories import Generator, Item, Relay, Sink, coupled, kinds, run
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, seconds
 
 
-def test_an_input_at_time_two_makes_the_second_transition_confluent() -> None:
+def test_a_model_that_receives_a_message_at_its_scheduled_time_makes_a_confluent_transition() -> None:
     seed, a, b = Relay("seed", first=1), Relay("a"), Relay("b")
     model = coupled("r", [seed, a, b], (seed.out, a.into), (seed.out, b.into), (a.out, b.into))
     assert kinds(model, 1) == {"r.seed": "i", "r.a": "ei", "r.b": "eci"}
@@ -39,7 +39,7 @@ class Accumulator(Atomic):
 
 
 @pytest.mark.parametrize("nested", [False, True])
-def test_a_reset_and_the_fifth_tick_arrive_in_one_bag(nested: bool) -> None:
+def test_a_counter_receives_a_reset_and_its_fifth_tick_in_one_bag(nested: bool) -> None:
     tick, reset, acc = Generator("tick", seconds(1)), Generator("reset", seconds(5)), Accumulator("acc")
     sink = Sink("sink")
     model = Coupled("r")
@@ -93,7 +93,7 @@ class Holder(Atomic):
         self.hold_in(seconds(1))
 
 
-def test_one_token_in_a_ring_causes_alternating_transitions_and_two_cause_only_confluent_ones() -> None:
+def test_in_a_ring_of_two_models_one_token_gives_alternating_and_two_tokens_give_confluent_transitions() -> None:
     a, b = Holder("a", True), Holder("b", False)
     ring = coupled("ring", [a, b], (a.out, b.into), (b.out, a.into))
     there, back = ("internal", "external"), ("external", "internal")
@@ -109,7 +109,7 @@ def test_one_token_in_a_ring_causes_alternating_transitions_and_two_cause_only_c
     }
 
 
-def test_models_in_a_chain_of_equal_periods_have_confluent_transitions_after_the_first() -> None:
+def test_a_model_in_a_chain_with_equal_periods_makes_only_confluent_transitions_after_its_first() -> None:
     g, p = Generator("g", seconds(1)), Relay("p", seconds(1))
     assert run(coupled("r", [g, p], (g.out, p.into)), 4) == [
         (1.0, 0, "r.g", "internal"),
@@ -121,13 +121,13 @@ def test_models_in_a_chain_of_equal_periods_have_confluent_transitions_after_the
     ]
 
 
-def test_two_sources_on_two_ports_at_one_instant_are_one_transition() -> None:
+def test_messages_from_two_sources_to_two_ports_at_one_instant_cause_one_transition() -> None:
     tick, reset, acc = Generator("a", seconds(1), count=1), Generator("b", seconds(1), count=1), Accumulator("acc")
     run(coupled("r", [tick, reset, acc], (tick.out, acc.add), (reset.out, acc.reset)), 2)
     assert acc.bags == 1
 
 
-def test_two_paths_to_one_port_deliver_twice() -> None:
+def test_a_message_with_two_paths_to_one_port_is_delivered_twice() -> None:
     inner = Coupled("inner")
     sink = inner.add(Sink("sink"))
     for name in ("one", "two"):
@@ -166,7 +166,7 @@ class Twice(Atomic):
         self.passivate()
 
 
-def test_messages_in_a_bag_are_ordered_by_source_then_port_then_index() -> None:
+def test_a_model_receives_simultaneous_messages_ordered_by_source_then_port_then_index() -> None:
     sources, sink = [Twice("b", 20), Twice("a-b", 10), Twice("a", 0)], Sink("sink")
     couplings = [(port, sink.into) for s in sources for port in (s.late, s.early)]
     run(coupled("r", [sink, *sources], *couplings), 1)

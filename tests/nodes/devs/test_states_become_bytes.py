@@ -68,14 +68,14 @@ VALUES: list[Any] = [
 
 
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
-def test_a_restored_object_equals_the_saved_one(value: Any) -> None:
+def test_an_object_restored_from_its_saved_state_equals_the_original(value: Any) -> None:
     again = thawed(frozen(value))
     assert again == value
     assert type(again) is type(value)
     assert frozen(again) == frozen(value)
 
 
-def test_a_restored_random_generator_continues_where_it_was() -> None:
+def test_a_random_generator_restored_from_a_snapshot_continues_its_sequence() -> None:
     first = Random(7)
     first.gauss(0, 1)
     second = thawed(frozen(first))
@@ -89,14 +89,14 @@ def test_saved_arrays_are_restored_bit_for_bit() -> None:
     assert (again.dtype, again.shape, again.flags.writeable) == (x.dtype, x.shape, True)
 
 
-def test_objects_shared_in_a_saved_state_are_shared_after_restoring() -> None:
+def test_an_object_that_a_state_holds_twice_is_still_one_object_after_the_state_is_restored() -> None:
     shared = [1]
     a, b, c = thawed(frozen((shared, shared, [1])))
     assert a is b
     assert a is not c
 
 
-def test_reference_cycles_in_a_saved_state_are_restored() -> None:
+def test_a_saved_state_whose_objects_refer_to_each_other_in_a_cycle_is_restored() -> None:
     job = Job(1)
     job.parts += [job, {"of": job}]
     again = thawed(frozen(job))
@@ -104,14 +104,14 @@ def test_reference_cycles_in_a_saved_state_are_restored() -> None:
     assert again.parts[1]["of"] is again
 
 
-def test_restored_methods_are_bound_to_their_objects() -> None:
+def test_a_method_saved_as_part_of_a_state_is_bound_to_the_restored_object() -> None:
     job = Job(4)
     again, work = thawed(frozen([job, job.work]))
     again.left = 9
     assert work() == 9
 
 
-def test_attributes_in_slots_are_saved_and_unset_slots_stay_unset() -> None:
+def test_object_attributes_stored_in_slots_are_saved_and_unset_slots_stay_unset() -> None:
     x = Slotted()
     x.a = [1]
     again = thawed(frozen(x))
@@ -145,7 +145,7 @@ def circle() -> Any:
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_objects_that_cannot_be_saved_are_refused(value: Any, why: str | None) -> None:
+def test_a_model_state_with_objects_that_cannot_be_saved_is_refused(value: Any, why: str | None) -> None:
     if why is None:
         assert thawed(frozen(value)) is value
         return
@@ -161,7 +161,7 @@ def test_an_object_of_a_class_defined_in_a_function_cannot_be_saved() -> None:
         frozen(Here())
 
 
-def test_a_state_with_a_tuple_that_contains_itself_cannot_be_saved() -> None:
+def test_the_snapshot_of_a_model_whose_state_contains_itself_is_refused() -> None:
     with pytest.raises(TypeError, match="a tuple or message that contains itself"):
         thawed(frozen(circle()))
 
@@ -225,7 +225,7 @@ class Omitting(msgspec.Struct, frozen=True, omit_defaults=True):
     ],
     ids=["left to its defaults", "written out", "in part"],
 )
-def test_a_message_saved_and_restored_is_encoded_to_the_same_bytes(message: Omitting) -> None:
+def test_saving_and_restoring_a_message_does_not_change_its_encoded_bytes(message: Omitting) -> None:
     """Encoders leave out what is identical to a default, and write what only equals it."""
     before = msgspec.msgpack.encode(message)
     assert msgspec.msgpack.encode(thawed(frozen(message))) == before

@@ -17,14 +17,14 @@ def test_a_tally_counts_each_observation_once() -> None:
     assert tally.deviation == pytest.approx(stdev(draws), rel=1e-9)
 
 
-def test_a_tally_of_fewer_than_two_observations_has_no_variance() -> None:
+def test_a_tally_of_observations_with_fewer_than_two_has_no_variance() -> None:
     tally = Tally()
     assert (isnan(tally.mean), isnan(tally.deviation)) == (True, True)
     tally.add(3)
     assert (tally.mean, isnan(tally.deviation)) == (3.0, True)
 
 
-def test_a_time_average_weights_its_values_by_their_duration() -> None:
+def test_a_statistic_over_time_weights_each_value_by_its_duration() -> None:
     length = TimeWeighted()
     length.set(2, Tag(10))
     length.set(5, Tag(10, 1))  # 2 held for no time
@@ -36,7 +36,7 @@ def test_a_time_average_weights_its_values_by_their_duration() -> None:
     assert TimeWeighted(3.0, since_ns=7).mean(Tag(9)) == 3.0
 
 
-def test_an_invalid_observation_of_a_statistic_is_refused() -> None:
+def test_an_invalid_observation_added_to_a_statistic_is_refused() -> None:
     for take in (Tally().add, lambda x: TimeWeighted().set(x, Tag(1)), TimeWeighted):
         with pytest.raises(ModelError, match=r"^nan is not a valid observation: give a finite number$"):
             take(float("nan"))
@@ -45,7 +45,7 @@ def test_an_invalid_observation_of_a_statistic_is_refused() -> None:
         late.set(2.0, Tag(3))
 
 
-def test_random_number_streams_are_distinguished_by_seed_and_name() -> None:
+def test_random_number_streams_with_different_seeds_or_names_differ() -> None:
     first = [stream(seed, name).random() for seed in (1, 2, 11) for name in ("a", "b", "1/a")]
     assert len({*first}) == 9
     assert first[0] == stream(1, "a").random() == 0.6881244510893788

@@ -48,7 +48,7 @@ def started(builder: Coupled) -> Simulator:
     return simulator
 
 
-def test_an_added_model_starts_at_the_next_microstep() -> None:
+def test_a_model_added_during_a_run_starts_at_the_next_microstep() -> None:
     g, b, sink = Generator("g", seconds(1)), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, sink], (g.out, b.into)))
     simulator.run(seconds(5))
@@ -56,7 +56,7 @@ def test_an_added_model_starts_at_the_next_microstep() -> None:
     assert [m.name for m in simulator.atomics] == ["b", "g", "r0", "r1", "r2", "sink"]
 
 
-def test_a_removed_model_receives_only_messages_of_the_instant_of_its_removal() -> None:
+def test_a_model_removed_by_another_model_still_receives_the_messages_of_that_instant() -> None:
     g, sink = Generator("g", seconds(1)), Sink("sink")
     remover = Remover("x", "sink", seconds(3))
     simulator = started(coupled("yard", [g, sink, remover], (g.out, sink.into)))
@@ -65,13 +65,13 @@ def test_a_removed_model_receives_only_messages_of_the_instant_of_its_removal() 
     assert [m.name for m in simulator.atomics] == ["g", "x"]
 
 
-def test_a_removed_model_sends_nothing() -> None:
+def test_a_model_removed_during_a_run_sends_nothing() -> None:
     g, sink = Generator("g", seconds(1)), Sink("sink")
     started(coupled("yard", [g, sink, Remover("x", "g", seconds(2.5))], (g.out, sink.into))).run(seconds(6))
     assert sink.got == [(Tag(seconds(1)), [0]), (Tag(seconds(2)), [1])]
 
 
-def test_couplings_can_be_added_and_removed_during_a_run() -> None:
+def test_couplings_between_models_can_be_added_and_removed_during_a_run() -> None:
     class Switch(Atomic):
         def start(self) -> None:
             self.hold_in(seconds(2))
@@ -90,7 +90,7 @@ def test_couplings_can_be_added_and_removed_during_a_run() -> None:
     assert [n for _, n in right.got] == [[2], [3]]
 
 
-def test_a_structure_change_keeps_schedule_and_elapsed_time_of_the_other_models() -> None:
+def test_adding_or_removing_models_keeps_the_schedule_and_the_elapsed_time_of_all_others() -> None:
     """A model whose neighbours change keeps its schedule and its elapsed time."""
     relay, g, b, sink = Relay("relay", seconds(2.5)), Generator("g", seconds(1), count=1), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, relay, sink], (g.out, b.into), (g.out, relay.into)))
@@ -100,7 +100,7 @@ def test_a_structure_change_keeps_schedule_and_elapsed_time_of_the_other_models(
     assert (Tag(seconds(3.5)), "site.yard.relay", "internal") in lines
 
 
-def test_structure_changes_between_runs_act_before_the_next_tag() -> None:
+def test_changes_of_the_model_structure_between_runs_act_before_the_next_logical_time() -> None:
     g, sink = Generator("g", seconds(1)), Sink("sink")
     builder = coupled("yard", [g, sink], (g.out, sink.into))
     simulator = started(builder)
@@ -120,7 +120,7 @@ def test_impossible_structure_changes_are_reported_with_place_and_time() -> None
     assert str(error.value) == message
 
 
-def test_a_structure_change_may_not_reduce_a_promised_lookahead() -> None:
+def test_adding_a_model_to_a_network_may_not_reduce_the_declared_lookahead_of_the_network() -> None:
     class Speaker(Atomic):
         out = Out(Item, lookahead=seconds(1))
 
@@ -148,7 +148,7 @@ def test_a_structure_change_may_not_reduce_a_promised_lookahead() -> None:
     )
 
 
-def test_an_added_model_keeps_its_lookahead_from_then_on() -> None:
+def test_a_model_added_during_a_run_keeps_the_lookahead_that_it_has_when_added() -> None:
     class Hasty(Atomic):
         out = Out(Item, lookahead=seconds(1))
 
@@ -226,7 +226,7 @@ def run(builder: Coupled) -> None:
 
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("function", WHEN)
-def test_models_cannot_change_the_root_while_it_runs(
+def test_a_model_cannot_change_the_structure_of_its_parent_during_a_transition(
     function: str, change: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     message = f"yard.m at ({WHEN[function]} s, 0): yard.{change} cannot be accessed: in a run each child of yard is a "
@@ -239,7 +239,7 @@ def test_models_cannot_change_the_root_while_it_runs(
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_the_root_model_may_change_between_runs(change: str) -> None:
+def test_the_root_model_of_a_simulation_may_change_between_runs(change: str) -> None:
     builder = changing("", change)
     simulator = Simulator(builder)
     simulator.start()

@@ -14,7 +14,7 @@ def shown(inputs: list[tuple[int | Tag, str, Message]], until: float) -> list[tu
     ]
 
 
-def test_a_traffic_light_changes_its_colours_by_its_times() -> None:
+def test_a_traffic_light_model_changes_its_colours_at_the_stated_times() -> None:
     assert shown([], 130) == [
         (0.0, Colour.RED),
         (60.0, Colour.GREEN),
@@ -36,7 +36,7 @@ def test_an_operator_switches_the_traffic_light_to_blinking_and_back() -> None:
     ]
 
 
-def test_one_token_circulates_in_the_ring() -> None:
+def test_the_models_of_a_ring_pass_one_token_around() -> None:
     model = ring(stations=4, tokens=1, hold=seconds(1))
     simulator = Simulator(model)
     simulator.start()
@@ -44,7 +44,7 @@ def test_one_token_circulates_in_the_ring() -> None:
     assert [station.passed for station in simulator.atomics if isinstance(station, RingStation)] == [3, 2, 2, 2]
 
 
-def test_a_ring_with_as_many_tokens_as_stations_makes_only_confluent_transitions() -> None:
+def test_a_ring_of_models_with_as_many_tokens_as_models_makes_only_confluent_transitions() -> None:
     assert kinds(ring(stations=3, tokens=3, hold=seconds(1)), 5) == dict.fromkeys(
         ["ring.s0", "ring.s1", "ring.s2"], "cccc"
     )

@@ -56,7 +56,7 @@ def test_a_wait_beyond_the_last_representable_time_is_refused(
     assert slept(5, second) == FOREVER, "it would never wake, without a word"
 
 
-def test_waits_up_to_the_last_representable_time_and_waits_for_ever_are_accepted() -> None:
+def test_waits_up_to_the_last_representable_time_and_endless_waits_are_accepted() -> None:
     r = Random(1)
     for _ in range(300):
         first = r.randrange(1, 2 ** r.randrange(1, 63))
@@ -83,7 +83,7 @@ def test_inputs_and_lookaheads_beyond_the_last_representable_time_are_refused() 
     assert simulator.next_time == FOREVER
 
 
-def test_the_deprecated_function_ns_warns_that_it_takes_seconds() -> None:
+def test_the_deprecated_function_ns_warns_that_its_argument_is_in_seconds() -> None:
     assert (seconds(1), ms(1), us(1)) == (1_000_000_000, 1_000_000, 1_000)
     with pytest.warns(
         DeprecationWarning, match=r"ns\(1\) looks like nanoseconds but takes seconds; write seconds\(1\)"

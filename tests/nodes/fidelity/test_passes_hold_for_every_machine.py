@@ -74,7 +74,7 @@ def given(plan: Plan, fidelity: Fidelity) -> Iterator[tuple[Mechanism, Fidelity]
 
 @pytest.mark.parametrize("name", LIFTS)
 @pytest.mark.large(beyond=DAILY)
-def test_each_pass_that_simplifies_a_machine_for_its_model_level_is_pure_and_idempotent(name: str) -> None:
+def test_each_simplification_of_a_machine_for_a_model_level_is_pure_and_idempotent(name: str) -> None:
     for fidelity in FIDELITIES:
         for machine, level in given(plan_of(name), fidelity):
             before = repr(machine)

@@ -26,7 +26,7 @@ def count(f):
     return sum(count(n.args[0]) if n.op == "call" else 1 for n in f.nodes if n.op != "in")
 
 
-def test_omitted_pads_cost_no_operations():
+def test_a_model_without_pads_spends_no_operations_on_pads():
     every, standing = declared("{}"), declared("{pads: standing}")
     kept = {s.name for s in standing.supports}
     assert len(kept) == len(every.supports) // 2
@@ -40,7 +40,7 @@ def test_a_locked_joint_reduces_the_operations_and_states_of_a_scene():
     assert len(Simulation(locked).state) < len(Simulation(free).state)
 
 
-def test_omitted_wind_costs_no_operations():
+def test_a_model_without_wind_spends_no_operations_on_wind():
     windy, still = mechanism("gust"), mechanism("gust", "mechanism.forces={}")
     never = System(windy.bodies, windy.joints, ropes=windy.ropes, gravity=windy.gravity)
     assert operations(still) == operations(never) < operations(windy)
@@ -62,7 +62,7 @@ def test_an_omitted_contact_pair_costs_no_operations_and_leaves_no_code():
     assert code(one) == code(never)
 
 
-def test_the_operations_of_an_evaluation_grow_equally_with_each_support():
+def test_each_support_adds_the_same_number_of_operations_to_an_evaluation_of_the_equations():
     standing = declared("{}")
     flying = replace(standing, supports=())
     written = System(**{f.name: getattr(flying, f.name) for f in fields(System) if f.name != "supports"})
@@ -108,7 +108,7 @@ def code(given):
     return Simulation(given, native=False).native.structure
 
 
-def test_each_coarser_model_level_needs_fewer_operations():
+def test_each_coarser_model_level_needs_fewer_operations_per_evaluation():
     candidates = ("{ropes: massive, lumps: 2, girder: elastic}", "{girder: elastic}", "{}", "{motion: across}")
     costs = [operations(declared(candidate)) for candidate in candidates]
     assert costs == sorted(costs, reverse=True)

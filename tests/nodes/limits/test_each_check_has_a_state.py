@@ -64,23 +64,21 @@ def test_a_check_is_undecided_only_if_the_limit_lies_within_the_error_of_the_val
 
 
 @pytest.mark.parametrize("seed", range(50))
-def test_a_value_of_unknown_error_is_never_green(seed: int) -> None:
+def test_a_checked_value_whose_error_is_unknown_is_never_green(seed: int) -> None:
     use = drawn(random.Random(seed))
     assert state(use, {}) == ("red" if use.limit.excess(use.value or 0.0) > 0.0 else UNKNOWN)
 
 
 @pytest.mark.parametrize("elements", [(), ("a",)], ids=["without elements", "with an element"])
 @pytest.mark.parametrize("quantity", get_args(Quantity))
-def test_a_check_of_a_quantity_without_a_limit_is_reported_as_not_checked(
-    quantity: Quantity, elements: tuple[str, ...]
-) -> None:
+def test_a_quantity_without_a_limit_is_reported_as_not_checked(quantity: Quantity, elements: tuple[str, ...]) -> None:
     """Only where there is no wind, or no footing, is there nothing to check."""
     use = Use(RatedLimit(subject="one", quantity=quantity, unit="N", elements=elements), None, None)
     expected = "none" if quantity in ABSENT and not elements else NOT_CHECKED
     assert state(use, {}) == expected
 
 
-def test_the_error_of_a_load_is_by_default_that_of_its_rope_tensions() -> None:
+def test_by_default_the_error_of_a_hook_load_is_that_of_its_rope_tensions() -> None:
     limit = RatedLimit(
         subject="load", quantity="hook load", unit="kg", value=10.0, elements=("a", "b"), source="the scene"
     )
@@ -102,7 +100,7 @@ def test_the_summary_line_names_a_finding_or_else_the_highest_utilisation(seed: 
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_forbidden_contact_is_reported_before_narrow_clearances(seed: int) -> None:
+def test_contact_that_no_order_allows_is_reported_before_narrow_clearances(seed: int) -> None:
     """The deepest contact first, however early and however many things only came near."""
     rng = random.Random(seed)
     gaps = [rng.uniform(0.05, 0.4) for _ in range(rng.randint(0, 4))]

@@ -48,7 +48,7 @@ def scenes() -> dict[str, LoadedScene]:
     return {name: load(name, given) for name, given in SCENES.items()} | more
 
 
-def test_each_limited_quantity_turns_red_on_the_equilibrium_path_and_in_a_run(scenes: dict[str, LoadedScene]) -> None:
+def test_each_limited_quantity_gives_a_red_check_both_at_rest_and_in_a_run(scenes: dict[str, LoadedScene]) -> None:
     on_path, in_run = set(), set()
     for scene in scenes.values():
         peaks = {
@@ -74,7 +74,7 @@ def test_each_limited_quantity_turns_red_on_the_equilibrium_path_and_in_a_run(sc
     assert {*KINDS, *REDUCTIONS, *BASES, "signal", "interlock", "off-lead in wind"} - AT_SEA == in_run
 
 
-def test_a_narrow_clearance_turns_the_verdict_red() -> None:
+def test_a_clearance_below_its_limit_turns_the_verdict_red() -> None:
     """Two portals that come within a metre of each other."""
     for limit, red in (("0.9 m", False), ("1.1 m", True)):
         plan = load("tandem", [f"limits={{clearance: {limit}}}"]).plan
@@ -111,7 +111,7 @@ def test_a_rope_over_sheaves_is_checked_by_its_most_loaded_part(tmp_path) -> Non
     assert "tension of ropes over sheaves between samples" in verdict.not_modelled
 
 
-def test_a_limit_on_a_quantity_that_the_scene_does_not_have_is_reported_as_a_fault() -> None:
+def test_a_limit_for_a_quantity_that_the_scene_does_not_have_is_reported_as_an_error() -> None:
     for key, value in (("clearance", "1 m"), ("off-lead along", "2 deg"), ("bridle", "50 deg")):
         with pytest.raises(SceneError, match=f"limits.{key}: this limit checks nothing: the scene has no hooks"):
             load("gust", [f"limits={{{key}: {value}}}"])

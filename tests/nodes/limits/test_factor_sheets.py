@@ -82,7 +82,7 @@ def test_a_design_load_is_the_load_at_rest_times_its_factors(
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_a_missing_factor_of_a_factor_sheet_is_an_amber_check_without_a_value(
+def test_a_factor_that_is_missing_in_a_factor_sheet_gives_an_amber_check_without_a_value(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -153,14 +153,14 @@ def test_a_run_checks_the_larger_of_predicted_and_simulated_design_load() -> Non
         assert sorted(map(str, printed)) == sorted(x.limit.subject for x in designs([*run.uses]))
 
 
-def test_a_design_load_beyond_its_limit_gives_a_red_check_with_the_product_of_factors() -> None:
+def test_a_design_load_above_its_limit_gives_a_red_check_that_states_the_product_of_its_factors() -> None:
     scene = load("crawler", ["practice=0027/ND", "block.lug capacity=25 t", "factors={weight: 1.1}"])
     message = [f.sentence for f in scene.findings if f.quantity == "lug design load"]
     assert len(message) == 4
     assert "16.8 t x weight 1.1 x dynamic 1.1 x skew 1.25 x consequence 1.3" in message[0]
 
 
-def test_each_factor_of_a_bundled_standard_names_its_clause() -> None:
+def test_each_factor_of_a_bundled_standard_is_listed_with_its_clause() -> None:
     for clauses in PRACTICES.values():
         for clause in clauses.values():
             assert any(c.isdigit() for c in clause.source)
@@ -170,6 +170,6 @@ FACTORS = ["weight", "cog factor", "dynamic", "tilt factor", "heights", "yaw", "
 
 
 @pytest.mark.parametrize("key", [*(f"factors.{name}" for name in FACTORS), "limits.impact", "rig.sling.factor"])
-def test_a_factor_of_safety_below_one_is_an_error_of_the_scene(key: str) -> None:
+def test_a_factor_of_safety_below_one_in_a_scene_is_refused(key: str) -> None:
     with pytest.raises(SceneError, match=r"must be 1 or more here, not 0\.9"):
         load("lift", [f"{key}=0.9"])

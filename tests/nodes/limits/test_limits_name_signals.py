@@ -76,7 +76,7 @@ def test_every_quantity_with_a_limit_is_checked_on_signals_or_on_reductions_of_s
 
 
 @pytest.mark.parametrize("name", ["lift", "crawler", "jib", "dock"])
-def test_a_limit_and_a_condition_on_the_same_load_use_one_signal(name: str) -> None:
+def test_a_limit_and_a_condition_for_the_same_load_use_one_signal(name: str) -> None:
     plan = load(name).plan
     row = next(x for x in plan.limits if x.quantity == "hook load")
     words = f"load of {row.subject.replace('.', ' ')} <= 1 t"
@@ -85,7 +85,7 @@ def test_a_limit_and_a_condition_on_the_same_load_use_one_signal(name: str) -> N
 
 
 @pytest.mark.parametrize("name", sorted({*bundled()} - {"yard"}))  # of several lifts, each with a path of its own
-def test_signals_of_limits_can_be_thresholds_and_are_evaluated_along_the_equilibrium_path(name: str) -> None:
+def test_signals_of_limits_can_be_used_as_thresholds_and_evaluated_along_the_equilibrium_path(name: str) -> None:
     scene = load(name)
     plan, signals = scene.plan, signals_of(scene.statics.states)
     system = assembled([machine.system for machine in plan.machines], plan.gravity)
@@ -104,7 +104,7 @@ def test_signals_of_limits_can_be_thresholds_and_are_evaluated_along_the_equilib
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_a_signal_has_the_same_value_as_a_guard_as_a_sample_and_in_statics(
+def test_a_signal_has_the_same_value_in_a_guard_and_in_samples_and_in_statics(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over every type: a guard on the value that is read off the first sample has its zero there, and what the columns

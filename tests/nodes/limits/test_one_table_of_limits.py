@@ -42,7 +42,7 @@ def judged(peaks: dict[str, tuple[float, float]], built: plan.Plan) -> list[Chec
 
 
 @pytest.mark.parametrize("name", ["lift", "tandem", "turnover"])
-def test_every_limit_has_a_source_or_is_marked_as_unknown(name: str) -> None:
+def test_every_limit_of_a_lift_has_a_stated_source_or_is_marked_as_unknown(name: str) -> None:
     built = load(name).plan
     for limit in built.limits:
         assert bool(limit.source) == limit.known, limit
@@ -111,7 +111,7 @@ def test_a_load_chart_is_interpolated_between_its_points() -> None:
             assert limit.at(x) == pytest.approx(np.interp(x, *zip(*chart, strict=True)), rel=1e-12)
 
 
-def test_the_capacity_of_a_hook_is_read_from_the_chart_at_its_trolley_position() -> None:
+def test_the_capacity_of_a_hook_depends_on_the_trolley_position_by_the_load_chart() -> None:
     scene = bare("lift", [CHART])
     use = next(x for x in scene.uses if x.limit.quantity == "hook load" and x.limit.subject == "crane.H3")
     assert use.value == pytest.approx(170e3, rel=2e-3), "the block leans a little as ropes of two lengths give way"
@@ -125,7 +125,7 @@ def test_the_capacity_of_a_hook_is_read_from_the_chart_at_its_trolley_position()
         bare("lift", ["cranes.crane.capacity chart=[[60 m, 100 t], [10 m, 400 t]]"])
 
 
-def test_a_sling_has_a_static_limit_and_a_peak_limit() -> None:
+def test_a_sling_has_one_limit_for_its_static_load_and_one_for_its_peak_tension() -> None:
     """Its load against what it may carry, its peak against breaking force over partial factors."""
     built = bare("lift", ["rig.sling={breaking: 6 MN, factor: 5, partial factor: 3}"]).plan
     cases = {1.19e6: [], 1.26e6: ["sling tension"], 1.99e6: ["sling tension"], 2.1e6: ["sling tension", "sling peak"]}
@@ -223,7 +223,7 @@ def test_a_utilisation_near_its_limit_is_not_rounded_to_100_percent() -> None:
     assert [percent(use) for use in uses] == message
 
 
-def test_the_subject_reported_for_a_check_does_not_depend_on_rounding() -> None:
+def test_the_part_that_a_check_names_does_not_depend_on_rounding() -> None:
     """Of subjects that are loaded alike the first is reported, and a force below a newton is none."""
     limits = [RatedLimit(subject=name, quantity="side force", unit="N", value=1e5) for name in ("east", "west")]
 

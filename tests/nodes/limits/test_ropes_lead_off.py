@@ -125,7 +125,7 @@ def spread(built: Plan, angle: float, tension: float = 5e5) -> SignalColumns:
     return SignalColumns(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: tie.lug})])
 
 
-def test_bridle_angles_beyond_45_degrees_are_noted_and_beyond_60_degrees_red() -> None:
+def test_a_bridle_angle_beyond_45_degrees_gives_a_note_and_beyond_60_degrees_a_red_check() -> None:
     built = plan()
     for angle, severities in ((27.5, []), (44.9, []), (46.0, ["warning"]), (59.9, ["warning"]), (61.0, ["red"])):
         found = judged(built, replace(spread(built, radians(angle)), dynamic=True))
@@ -158,7 +158,7 @@ def test_the_off_lead_check_reports_its_maximum_with_time_and_stage() -> None:
     )
 
 
-def test_the_off_lead_is_checked_in_each_state_of_the_equilibrium_path() -> None:
+def test_the_off_lead_of_ropes_is_checked_in_each_state_of_the_equilibrium_path() -> None:
     """A bridle that opens as its hook comes down, under a rope that leads off: the worst is reported."""
     built = plan()
     tie, _ = slings(built)["loader-3.sling-1"]

@@ -18,7 +18,7 @@ def below(kind: type) -> list[type]:
     return [each for child in kind.__subclasses__() for each in (child, *below(child))]
 
 
-def test_only_messages_of_type_order_carry_the_commands_of_a_plan() -> None:
+def test_only_messages_of_type_order_carry_the_orders_of_a_plan() -> None:
     commands = {*get_args(ActorCommand)}
     carrying = {kind for kind in below(Message) if commands & {*get_args(hint_of(kind, "what"))}}
     assert carrying == {messages.Order}
@@ -31,7 +31,7 @@ def hint_of(kind: type, field: str) -> object:
 
 
 @pytest.mark.parametrize("kind", below(messages.KernelInput))
-def test_each_kernel_input_message_names_one_simulation_method_that_takes_its_fields(
+def test_each_message_type_that_the_kernel_receives_names_one_simulation_method_with_these_arguments(
     kind: type[messages.KernelInput],
 ) -> None:
     taken = [*signature(getattr(Simulation, kind.command)).parameters.values()][1:]

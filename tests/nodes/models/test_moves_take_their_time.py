@@ -67,7 +67,7 @@ def test_a_move_ends_at_its_theoretical_nanosecond(name: str) -> None:
     ]
 
 
-def test_a_move_to_a_goal_starts_from_where_the_last_move_ended() -> None:
+def test_a_move_to_a_target_position_starts_where_the_last_move_ended() -> None:
     context = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(10.0, "order", run(1.0, 1.0, to=11.0, id=2))
     assert context.said()[2:] == [
         (10.0, "input", SetProfile("x", seconds(10.0), -1.0, 1.0, -3.0)),
@@ -88,7 +88,7 @@ def test_a_halted_move_ramps_down_and_is_reported_done_at_its_stop_position() ->
     ]
 
 
-def test_an_order_to_halt_after_the_end_of_a_move_changes_nothing() -> None:
+def test_an_order_to_halt_that_comes_after_the_end_of_a_move_has_no_effect() -> None:
     context = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(9.0, "order", end(1))
     assert [type(m) for _, _, m in context.said()] == [SetProfile, Done]
 
@@ -103,17 +103,17 @@ def test_a_new_move_takes_over_from_one_that_is_ramping_down() -> None:
     assert out[2] == (25.0 + 5 + 10 + 5.625 / 0.5, "report", Done("x", 2, about(x + 10.0)))
 
 
-def test_two_moves_of_one_actuator_at_once_are_refused_with_the_number_of_the_second_order() -> None:
+def test_two_simultaneous_moves_of_one_actuator_are_refused_with_the_number_of_the_second_order() -> None:
     context = drive()
     with pytest.raises(ModelError, match=r"drive at \(1 s, 0\): order 1 of action 3: x is already moving; wait for"):
         context.put(1.0, "order", run(1.0, by=4.0), run(1.0, by=-4.0, id=2)).said()
 
 
-def test_an_actor_ignores_an_order_to_another_actor() -> None:
+def test_an_actor_ignores_an_order_addressed_to_another_actor() -> None:
     assert drive().put(0.0, "order", Order("y", 1, (0, 0), Motion(speed=1.0, accel=1.0, by=4.0))).said() == []
 
 
-def test_a_move_without_a_distance_stops_at_the_end_position() -> None:
+def test_a_move_without_a_stated_distance_stops_at_the_end_position() -> None:
     out = drive(lower=0.0, upper=14.0).put(0.0, "order", run(1.0, 1.0)).said()
     assert out == [
         (0.0, "input", SetProfile("x", 0, 1.0, 1.0, 4.0)),
@@ -139,7 +139,7 @@ def test_an_actuator_released_from_its_master_drive_holds_its_position() -> None
     assert out[2] == (630.0, "input", SetProfile("x", seconds(630.0), 1.0, 1.0, about(1.0)))
 
 
-def test_a_release_from_a_master_drive_and_a_new_move_may_arrive_in_one_bag() -> None:
+def test_an_actuator_may_receive_the_release_from_its_master_drive_and_a_new_move_in_one_bag() -> None:
     context = drive().put(0.0, "order", follow(1.0))
     out = context.put(9.0, "order", end(3), run(1.0, 1.0, by=4.0)).said()
     assert [type(m) for _, _, m in out] == [SetFollow, SetFollow, SetProfile, Done]

@@ -66,7 +66,7 @@ def numbers_of(model) -> list[str]:
     return [name for name, x in fields if isinstance(x, np.ndarray) and x.size and x.dtype.kind in "fb"]
 
 
-def test_each_number_of_a_mujoco_model_is_converted_or_listed_as_not_converted():
+def test_each_number_in_a_mujoco_model_is_imported_or_listed_as_not_imported():
     found = {"equal": 0, "listed": 0, "unchanged": 0}
     for field in numbers_of(MODEL):
         for row in range(len(getattr(MODEL, field))):

@@ -49,7 +49,7 @@ def test_the_scene_turnover_has_ten_coupled_models_with_nineteen_bodies_and_54_d
     assert (len(mechanics.supports), len(mechanics.drives), len(mechanics.masters)) == (8, 6, 1)
 
 
-def test_the_coupled_model_of_each_joint_or_body_contains_one_atomic_model_and_its_actors() -> None:
+def test_each_joint_or_body_has_a_coupled_model_with_one_atomic_model_and_its_actors() -> None:
     models = [m for model in build(turnover(TURN)).values() for m in below(model)]
     for kind, atomic, count in ((JointCoupled, JointAtomic, 19), (BodyCoupled, BodyAtomic, 19)):
         found = [m for m in models if isinstance(m, kind)]
@@ -62,7 +62,7 @@ def test_the_coupled_model_of_each_joint_or_body_contains_one_atomic_model_and_i
     assert [m.path for m in models if isinstance(m, Commander)] == ["commander.actions"]
 
 
-def test_the_commander_is_connected_to_every_machine_and_the_kernel_receives_all() -> None:
+def test_the_commander_model_is_connected_to_every_machine_and_the_kernel_receives_all_orders() -> None:
     plan = turnover(TURN)
     models = build(plan)
     table = couplings(plan)
@@ -77,7 +77,7 @@ def test_the_commander_is_connected_to_every_machine_and_the_kernel_receives_all
         assert target == "kernel" or into in models[target].ports
 
 
-def test_a_state_event_of_the_kernel_is_sent_to_the_model_that_it_concerns() -> None:
+def test_a_state_event_of_the_kernel_is_sent_to_the_model_of_the_part_that_it_concerns() -> None:
     heard = subscriptions(turnover())
     assert heard["loader-3.sling-2"] == ("loader-3",)
     assert heard["block.lower-1"] == ("block",)
@@ -85,7 +85,7 @@ def test_a_state_event_of_the_kernel_is_sent_to_the_model_that_it_concerns() -> 
     assert "loader-1.hinge.lock" not in heard
 
 
-def test_a_node_builds_only_its_own_model_from_the_transmitted_plan() -> None:
+def test_a_node_builds_only_its_own_models_from_the_plan_that_it_receives() -> None:
     plan = decode(encode(turnover(TURN)))
     assert plan == turnover(TURN)
     assert [m.path for m in below(build_one(plan, "loader-3"))] == [
@@ -148,7 +148,7 @@ def test_a_heavier_block_in_the_plan_is_heavier_in_the_kernel_system() -> None:
     assert [b.mass for b in system(heavier).bodies if b not in system(plan).bodies] == [910e3]
 
 
-def test_changing_a_joint_a_body_or_an_actor_changes_the_declared_system() -> None:
+def test_changing_a_joint_or_a_body_or_an_actor_changes_the_system_declared_to_the_kernel() -> None:
     model = build_one(turnover(), "west")
     before = model.declare()
     parts = {m.path: m for m in below(model)}
@@ -179,7 +179,7 @@ def test_thresholds_of_conditions_are_sent_to_the_model_that_observes_them() -> 
     assert subscriptions(plan)["block.angle-1"] == ("block",)
 
 
-def test_a_mechanism_declares_exactly_the_parts_in_the_scene_to_the_kernel() -> None:
+def test_a_mechanism_passes_exactly_the_parts_written_in_the_scene_to_the_kernel() -> None:
     link = Joint("q1", "revolute", "world", "link1", axis=(0.0, 1.0, 0.0), q0=(0.3,), v0=(0.0,))
     written = System(
         bodies=(Body("link1", 10.0), Body("mass", 5.0)),

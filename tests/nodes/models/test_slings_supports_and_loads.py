@@ -50,7 +50,7 @@ def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
     ]
 
 
-def test_the_hinge_of_a_lifting_beam_locks_when_its_last_sling_is_off() -> None:
+def test_the_hinge_of_a_lifting_beam_is_locked_when_its_last_sling_is_unhooked() -> None:
     context = (
         loader()
         .put(1.0, "order", Order(ONE, 1, (0, 0), Release(sling=ONE)))
@@ -82,7 +82,7 @@ def test_a_repeated_order_to_lock_a_hinge_acts_once_and_is_answered_each_time() 
     ]
 
 
-def test_taut_and_slack_slings_are_reported_at_once() -> None:
+def test_a_lifting_beam_reports_at_once_that_a_sling_becomes_taut_or_slack() -> None:
     context = loader().put(1.5, "state", StateEvent(ONE, "taut", 0.0), StateEvent(TWO, "taut", 0.0))
     assert context.said()[1:] == [
         (1.5, "report", RopeState(ONE, "taut", 0.0)),
@@ -90,7 +90,7 @@ def test_taut_and_slack_slings_are_reported_at_once() -> None:
     ]
 
 
-def test_an_overload_is_reported_when_it_begins_and_when_it_ends() -> None:
+def test_an_overload_of_a_sling_is_reported_when_it_begins_and_when_it_ends() -> None:
     context = loader()
     for t, tension in ((1.0, 2.6e6), (2.0, 2.5e6), (3.0, 2.6e6)):
         context.put(t, "state", StateEvent("loader-3.load", "reached", tension))

@@ -74,7 +74,7 @@ def test_tendons_around_geoms_in_a_plane_have_mujocos_accelerations(seed, tmp_pa
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_tendon_that_slides_along_a_cylinder_has_mujocos_length(seed, tmp_path):
+def test_a_tendon_that_slides_along_a_cylinder_has_the_length_that_mujoco_computes(seed, tmp_path):
     file = tmp_path / "load.xml"
     file.write_text(around_a_cylinder(seed))
     found = from_mujoco(file)

@@ -105,7 +105,7 @@ def test_each_hook_creeps_upward_until_its_own_slings_are_taut() -> None:
     ]
 
 
-def test_the_next_action_may_begin_while_the_last_move_ramps_down() -> None:
+def test_an_action_may_begin_while_the_last_move_of_the_previous_action_ramps_down() -> None:
     creep = Action(orders=(hoist("west.H1", speed=-0.005, until=taut(SLINGS[0])),))
     load = Action(when=taut(SLINGS[0]), orders=(hoist("west.H1", -9.5),))
     builder = Yard(turnover(creep, load), *events("taut", 50.0, SLINGS[0])).run()
@@ -118,7 +118,7 @@ def test_the_next_action_may_begin_while_the_last_move_ramps_down() -> None:
     assert [t for t, _ in builder.said(COMMANDER, Finished)] == [pytest.approx(70.0, abs=0.02)]
 
 
-def test_an_action_begins_at_once_if_its_condition_already_holds() -> None:
+def test_an_action_begins_at_once_if_its_condition_is_already_true() -> None:
     slack = taut(state="slack")
     skipped = Action(orders=(hoist("west.H1", speed=0.5, until=slack),))
     at_once = Action(when=And(all=(slack, LandedCondition())), orders=(hoist("west.H2", -9.5),))

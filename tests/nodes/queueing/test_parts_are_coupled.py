@@ -55,25 +55,25 @@ def left(model: Atomic, inputs: list[tuple[int, str, Entity]], port: str = "done
         ("priority", True, [(12, 2), (20, 0), (30, 3), (40, 1)]),
     ],
 )
-def test_entities_are_served_in_the_order_of_the_discipline(
+def test_a_queue_serves_its_entities_in_the_order_of_its_discipline(
     discipline: str, preemptive: bool, expected: list[tuple[float, int]]
 ) -> None:
     server = Server("server", Fixed(10.0), 1, discipline, preemptive=preemptive)
     assert left(server, entities(1, 2, 0, 1)) == expected
 
 
-def test_a_failed_unit_resumes_its_job_when_it_is_repaired() -> None:
+def test_a_machine_in_a_queueing_network_that_fails_resumes_its_job_when_it_is_repaired() -> None:
     server = Server("server", Fixed(10.0), failures=Failures(Fixed(4.0), Fixed(3.0)))
     assert left(server, entities(0))[:1] == [(16.0, 0)]  # down from 4 to 7 s and from 11 to 14 s
 
 
-def test_an_entity_that_arrives_at_a_full_queue_is_lost() -> None:
+def test_an_entity_that_arrives_at_a_full_queue_of_a_queueing_network_is_lost() -> None:
     server = Server("server", Fixed(10.0), capacity=1)
     assert left(server, entities(0, 0, 0), "lost") == [(2.0, 2)]
     assert left(server, entities(0, 0, 0)) == [(10.0, 0), (20.0, 1)]
 
 
-def test_a_queue_that_feeds_a_pulling_server_acts_like_the_built_in_queue_of_a_server() -> None:
+def test_a_queue_that_feeds_a_server_on_demand_acts_like_the_queue_inside_a_server() -> None:
     def build(pulling: bool) -> Coupled:
         net = Coupled("net")
         source, sink = net.add(Source("source", Exponential(1.1))), net.add(Sink("sink"))
@@ -105,12 +105,12 @@ def test_a_queue_holds_entities_without_demand_and_loses_entities_beyond_its_cap
     assert left(queue, inputs, "out") == [(9.0, 1), (9.0, 0)]  # type: ignore[arg-type]
 
 
-def test_a_join_of_a_queueing_network_waits_for_all_parts_with_the_same_number() -> None:
+def test_a_join_of_a_queueing_network_waits_for_all_parts_of_an_entity() -> None:
     inputs = [(seconds(t), "into", Entity(n)) for t, n in ((1, 7), (2, 8), (3, 7), (4, 7), (5, 8), (6, 8))]
     assert left(Join("join", 3), inputs, "out") == [(4.0, 7), (6.0, 8)]
 
 
-def test_a_branch_of_a_queueing_network_chooses_its_ports_by_weight() -> None:
+def test_a_branch_model_of_a_queueing_network_chooses_output_ports_by_their_weights() -> None:
     branch = Branch("branch", (1.0, 0.0, 3.0))
     said = drive(branch, [(n, "into", Entity(n)) for n in range(DRAWS)])
     ports = [port for _, port, _ in said]
@@ -144,7 +144,7 @@ def test_values_of_an_empirical_table_are_drawn_by_their_weights() -> None:
     assert ({*draws}, table.mean) == ({1.0, 5.0}, 3.0)
 
 
-def test_a_restored_snapshot_of_a_network_repeats_the_run() -> None:
+def test_a_network_of_models_restored_from_a_snapshot_repeats_the_run() -> None:
     net = Coupled("net")
     source, sink = net.add(Source("source", Erlang(2, 1.0), weights=(0.2, 0.8))), net.add(Sink("sink"))
     failures = Failures(Exponential(20.0), Exponential(5.0))
@@ -195,6 +195,6 @@ def test_a_restored_snapshot_of_a_network_repeats_the_run() -> None:
         ),
     ],
 )
-def test_invalid_parts_of_a_queueing_network_are_refused(make: Callable[[], object], sentence: str) -> None:
+def test_invalid_models_of_a_queueing_network_are_refused(make: Callable[[], object], sentence: str) -> None:
     with pytest.raises(ModelError, match=sentence):
         make()

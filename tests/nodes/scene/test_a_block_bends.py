@@ -174,7 +174,7 @@ def test_a_flexible_block_without_modes_equals_the_rigid_block() -> None:
     assert v == pytest.approx(u / 1000.0, rel=5e-3)
 
 
-def test_flexibility_keeps_the_mass_properties_of_the_block() -> None:
+def test_modelling_a_block_as_flexible_keeps_its_mass_and_inertia() -> None:
     """Whatever part of a block bends, and wherever its centre of mass is."""
     from heavylift.kernel.description import Beam, Flexible
 

@@ -58,26 +58,26 @@ def test_a_scene_with_a_table_gives_the_plan_of_the_full_text(scene: Path) -> No
     assert meant(load(scene)) == meant(bare("lift", WRITTEN))
 
 
-def test_keys_of_the_scene_override_the_table_row(scene: Path) -> None:
+def test_keys_stated_in_the_scene_override_those_of_the_table_row(scene: Path) -> None:
     scene.write_text(scene.read_text().replace("  from:", "  mass: 250 t\n  from:"))
     assert meant(load(scene)) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
-def test_a_table_row_named_in_a_setting_overrides_the_table_row_of_the_scene(scene: Path) -> None:
+def test_a_table_row_named_by_a_setting_replaces_the_row_that_the_scene_names(scene: Path) -> None:
     heavier: LoadedScene = load(scene, ["block.from=blocks.csv#B18"])
     assert heavier.scene.block is not None
     assert heavier.scene.block.mass == 480e3
     assert meant(heavier) == meant(bare("lift", ["block.mass=480 t +- 3 %"]))
 
 
-def test_an_extending_scene_may_name_another_block_row(scene: Path) -> None:
+def test_a_scene_that_extends_another_scene_may_name_another_row_of_the_block_table(scene: Path) -> None:
     (scene.parent / "next.yaml").write_text("extends: lift.yaml\nname: lift\nblock: {from: blocks.csv#B18}\n")
     assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
     scene.write_text(scene.read_text().replace("  from:", "  mass: 250 t\n  from:"))
     assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
 
 
-def test_a_block_given_by_a_setting_overrides_its_table_row(scene: Path) -> None:
+def test_a_block_written_in_a_setting_replaces_the_row_of_the_block_table(scene: Path) -> None:
     given = "{from: blocks.csv#B17, mass: 250 t, at: [40 m, 75 m, 6 m], lugs from: lugs.csv#B17, supports: "
     supports = "{height: 2 m, at: [[-8 m, -6 m], [8 m, -6 m], [-8 m, 6 m], [8 m, 6 m]]}}"
     whole = load(scene, [f"block={given}{supports}"])
@@ -110,7 +110,7 @@ def test_a_workbook_and_a_csv_table_give_the_same_block(scene: Path) -> None:
         ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is not a row of a table: unexpected end of data"),
     ],
 )
-def test_faults_in_a_table_are_reported_with_file_row_and_column(
+def test_faults_in_a_table_of_blocks_are_reported_with_file_and_row_and_column(
     scene: Path, old: str, new: str, sentence: str
 ) -> None:
     table = scene.parent / "blocks.csv"
@@ -136,7 +136,7 @@ def test_faults_in_a_table_are_reported_with_file_row_and_column(
         ("17", "write the table and the row, such as 'from: blocks.csv#B17'"),
     ],
 )
-def test_a_file_that_is_no_block_table_is_reported(scene: Path, named: str, sentence: str) -> None:
+def test_a_file_that_is_not_a_table_of_blocks_is_reported(scene: Path, named: str, sentence: str) -> None:
     assert sentence in refused(scene, f"block.from={named}")
 
 

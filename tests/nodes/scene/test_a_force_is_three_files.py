@@ -136,7 +136,7 @@ def test_a_newly_added_force_is_read_from_a_scene_and_acts_in_its_run(copy: Path
         ("eddy brake", "eddy break", "'eddy break' is not known here"),
     ],
 )
-def test_faults_in_a_new_force_are_reported_with_their_line_in_the_scene(
+def test_faults_in_a_newly_added_kind_of_force_are_reported_with_their_line_in_the_scene(
     copy: Path, old: str, new: str, sentence: str
 ) -> None:
     message = _answer(copy, SCENE.replace(old, new))[0:-1]
@@ -154,7 +154,7 @@ def _naming(kind: str, *folders: str) -> set[str]:
 
 
 @pytest.mark.parametrize("kind", [kind.__name__ for kind in get_args(Force)])
-def test_each_kind_of_force_has_a_description_a_law_and_a_row_of_the_force_table(kind: str) -> None:
+def test_each_kind_of_force_has_a_description_and_a_law_and_one_row_in_the_table_of_forces(kind: str) -> None:
     found = _naming(kind, "kernel/description", "kernel/forces") - LISTED.get(kind, set())
     assert len(found) == 3, found
     assert {"forces.py", "table.py"} < found

@@ -73,7 +73,7 @@ def test_the_bundled_frame_type_under_other_names_gives_the_same_lift(tmp_path: 
     assert [x.sentence for x in a.verdict.findings] == [x.sentence for x in b.verdict.findings]
 
 
-def test_a_frame_of_one_body_with_four_slings_lifts_sets_down_and_unhooks(tmp_path: Path) -> None:
+def test_a_lifting_frame_of_one_body_with_four_slings_lifts_and_sets_down_and_unhooks(tmp_path: Path) -> None:
     scene = load(written(tmp_path, HUNG, four=FOUR))
     (machine,) = (m for m in scene.plan.machines if m.name == "one")
     assert [body.mass for body in machine.system.bodies] == [14e3 + 25e3], "with the hook block"

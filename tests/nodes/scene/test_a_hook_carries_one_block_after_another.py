@@ -97,7 +97,7 @@ def height(result: Result, blocks: dict[str, Lug], k: int) -> float:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_each_of_several_blocks_lifted_in_turn_loads_the_hook_and_slings_as_if_alone(seed: int) -> None:
+def test_a_hook_that_lifts_several_blocks_in_turn_has_for_each_the_loads_of_a_single_lift(seed: int) -> None:
     blocks, order, text = drawn(seed)
     scene = parse(text)
     assert not scene.findings

@@ -92,7 +92,7 @@ def test_a_stated_end_time_does_not_delay_the_report_that_a_lift_is_done(folder:
     assert not played.unfinished
 
 
-def test_a_run_reports_what_its_action_lists_wait_for(folder: Path) -> None:
+def test_a_run_that_cannot_continue_reports_what_its_action_lists_wait_for(folder: Path) -> None:
     scene = load(of(folder, old=">= 1.25 m", new=">= 5 m"))
     with pytest.raises(ModelError) as message:
         play(scene.plan)
@@ -125,6 +125,6 @@ def test_impossible_conditions_to_begin_a_lift_are_reported_with_their_line_in_t
     assert "three.yaml:" in str(message.value).splitlines()[0]
 
 
-def test_the_order_begin_is_refused_in_a_scene_of_one_lift() -> None:
+def test_the_order_to_begin_a_lift_is_refused_in_a_scene_with_one_lift() -> None:
     with pytest.raises(SceneError, match="cannot begin"):
         parse(SLEDGE.replace("drive 1 m/s by 4 m", "begin"))

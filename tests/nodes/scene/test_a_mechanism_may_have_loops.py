@@ -61,7 +61,7 @@ actions:
 """
 
 
-def test_a_joint_that_cannot_be_reversed_is_reported_with_its_place() -> None:
+def test_a_joint_written_from_child_to_parent_that_cannot_be_reversed_is_reported_with_its_line() -> None:
     with pytest.raises(SceneError) as e:
         parse(UPSIDE_DOWN)
     assert "scene.yaml:6:3:" in str(e.value)
@@ -87,7 +87,7 @@ end: 1 s
 """
 
 
-def test_a_drive_holds_a_loop_without_other_degrees_of_freedom() -> None:
+def test_a_drive_holds_a_loop_that_has_no_other_degree_of_freedom() -> None:
     """At rest the drive carries what a universal joint passes on: at 40 degrees, that of the power it would take."""
     scene = parse(DRIVEN)
     (state,) = scene.statics.states

@@ -65,7 +65,7 @@ def test_orders_to_a_mechanism_reach_its_actuators() -> None:
     assert last.orders == (Wait(seconds=5.0, where="scene.yaml:35:5"),)
 
 
-def test_conditions_of_a_mechanism_have_their_own_thresholds() -> None:
+def test_conditions_on_a_mechanism_use_thresholds_of_their_own() -> None:
     built = parse(SCENE).plan
     when, until = built.actions[2].when, built.actions[2].orders[0]
     assert isinstance(when, And)
@@ -80,7 +80,7 @@ def test_conditions_of_a_mechanism_have_their_own_thresholds() -> None:
     assert until.until.threshold == Threshold("tension-1", "tension", ropes=("rope",))
 
 
-def test_actuators_of_a_mechanism_know_their_start_and_end_positions() -> None:
+def test_actuators_of_a_mechanism_have_the_start_and_end_positions_written_in_the_scene() -> None:
     mechanism = parse(SCENE).plan.machines[0]
     message = {a.name: (a.start, a.accel, a.lower, a.upper) for a in mechanism.actuators}
     assert message == {

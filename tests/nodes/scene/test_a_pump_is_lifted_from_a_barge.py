@@ -47,7 +47,7 @@ def test_the_crane_tip_moves_by_the_responses_of_the_barge(recording: Recording)
             assert np.array(p) + 60.0 * along == pytest.approx(tip(t, slew), abs=1e-8)
 
 
-def test_the_pump_swings_as_a_triple_pendulum_below_the_crane_tip(recording: Recording) -> None:
+def test_the_pump_of_the_example_scene_swings_as_a_triple_pendulum_below_the_crane_tip(recording: Recording) -> None:
     """Rope, hook block and pump along the boom, linear: the answer to the tip and three free motions of any size
     are what was recorded for 30 s."""
     begun = dict((name, t) for t, name in recording.stages())

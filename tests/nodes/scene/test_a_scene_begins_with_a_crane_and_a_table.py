@@ -64,7 +64,7 @@ def test_the_new_command_writes_a_scene_for_each_row_of_the_table(folder: Path) 
         (("--crane", "jib-60", "--blocks", "bare.csv#a"), "the row gives no size"),
     ],
 )
-def test_scenes_that_cannot_be_written_are_reported(folder: Path, words: tuple[str, ...], told: str) -> None:
+def test_scene_files_that_cannot_be_created_are_reported(folder: Path, words: tuple[str, ...], told: str) -> None:
     (folder / "bare.csv").write_text("block,mass [t]\na,3\n")
     with pytest.raises(SceneError, match=told):
         CliRunner().invoke(app, ["new", "mine", *words], catch_exceptions=False)

@@ -35,7 +35,7 @@ def loaded(cache: Path, *arguments: str) -> tuple[str, bool]:
     return plan, built == "True"
 
 
-def test_reading_an_unchanged_scene_again_gives_the_cached_plan(tmp_path: Path) -> None:
+def test_loading_an_unchanged_scene_again_returns_the_plan_in_the_cache(tmp_path: Path) -> None:
     settings = ["block.mass=310 t", "ask=[rope tension]", "accuracy=5 %"]
     plan = sha256(repr(load("lift", settings).plan).encode()).hexdigest()
     assert loaded(tmp_path / "cache", "lift", *settings) == (plan, True)
@@ -70,7 +70,7 @@ def test_a_scene_of_several_files_is_read_again_when_one_changes(
     assert loaded(tmp_path / "other", str(scene))[1]
 
 
-def test_equal_scenes_in_two_folders_extend_the_base_file_of_their_own_folder(
+def test_equal_scene_files_in_two_folders_each_extend_the_base_file_in_their_own_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))

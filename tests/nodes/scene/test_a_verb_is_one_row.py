@@ -41,14 +41,14 @@ def test_every_verb_of_orders_is_in_the_documented_grammar() -> None:
     assert [name for name in VERBS if not re.search(rf'"{name}"', phrases.__doc__ or "")] == []
 
 
-def test_a_recorded_plan_with_an_unknown_verb_is_refused() -> None:
+def test_a_recorded_plan_that_contains_an_unknown_verb_is_refused() -> None:
     order = {"type": "move", "verb": "fly", "model": "m", "actuator": "a", "speed": 1.0, "accel": 1.0}
     with pytest.raises(msgspec.ValidationError, match="'fly' is not a motion of a drive or winch"):
         msgspec.convert(order, actions.Move)
 
 
 @pytest.mark.usefixtures("swivel")
-def test_a_newly_added_verb_of_orders_is_parsed_resolved_executed_and_waited_for(tmp_path: Path) -> None:
+def test_a_newly_added_verb_of_orders_is_parsed_and_executed_and_can_be_waited_for(tmp_path: Path) -> None:
     scene = parse(SCENE)
     moves = [action.orders[0] for action in scene.plan.actions]
     assert [move.verb for move in moves if isinstance(move, actions.Move)] == ["swivel", "swivel"]

@@ -55,14 +55,14 @@ def nudge(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("nudge")
-def test_a_verb_of_orders_with_its_own_module_is_parsed_resolved_and_executed(tmp_path: Path) -> None:
+def test_a_verb_of_orders_defined_in_one_module_is_parsed_and_executed(tmp_path: Path) -> None:
     run(parse(SCENE), tmp_path / "jib.mcap", in_process=True)
     angle = Recording(tmp_path / "jib.mcap")["joint/position/pivot.angle"]
     assert degrees(angle.values[-1, 0]) == pytest.approx(5.0)
 
 
 @pytest.mark.usefixtures("nudge")
-def test_faults_in_a_verb_with_its_own_module_are_reported_like_those_of_other_verbs() -> None:
+def test_a_faulty_order_whose_verb_is_defined_in_one_module_gives_the_same_errors_as_other_verbs() -> None:
     with pytest.raises(SceneError, match="'5 m' is not a valid angle"):
         parse(SCENE.replace("5 deg", "5 m"))
     with pytest.raises(SceneError, match="'pivot' to give an order to"):

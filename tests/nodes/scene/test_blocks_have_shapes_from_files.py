@@ -141,7 +141,9 @@ def test_an_invalid_mesh_is_refused_in_one_sentence(tmp_path: Path, shape: str, 
     assert told in str(error.value)
 
 
-def test_a_missing_mesh_library_is_reported_with_its_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_for_meshes_is_reported_with_the_extra_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """One sentence."""
     mesh = hull()
     mesh.export(tmp_path / "hull.stl")

@@ -94,14 +94,14 @@ def test_a_block_can_land_on_another_one() -> None:
         ("landed on hall.main", "'block' meets no 'hall.main' on which it could land"),
     ],
 )
-def test_impossible_landings_are_reported(words: str, told: str) -> None:
+def test_impossible_landings_of_blocks_in_a_scene_are_reported(words: str, told: str) -> None:
     with pytest.raises(SceneError) as error:
         parse(TEXT.replace("landed on quay", words), passing=True)
     assert told.split(":")[0] in str(error.value)
     assert "scene.yaml:12:" in str(error.value)
 
 
-def test_contacts_that_carry_no_load_do_not_change_the_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_contacts_without_load_do_not_change_the_equilibrium_of_a_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = at_rest(parse(TEXT, passing=True, followed=False).plan)
     few = StaticRun(plan)
     monkeypatch.setattr(static_run, "apart", lambda *contact: False)

@@ -108,12 +108,12 @@ def test_a_sling_can_be_hooked_to_one_block_only() -> None:
         parse(TWO.replace("lugs: [a.P, a.Q]", "lugs: [a.P, b.Q]").replace("lugs: [b.P, b.Q]", "lugs: [b.P, a.Q]"))
 
 
-def test_orders_may_omit_the_name_of_the_block_in_a_scene_with_one_block() -> None:
+def test_an_order_in_a_scene_with_one_block_may_omit_the_name_of_the_block() -> None:
     one = "\n".join(line for line in TWO.splitlines() if not line.startswith(("  b:", "    two:", "  - two:")))
     assert carried(one.replace("until a lifted", "until lifted")) == pytest.approx({"west.H1": 150.0}, rel=1e-6)
 
 
-def test_all_slings_include_those_next_to_a_lifting_beam() -> None:
+def test_the_order_phrase_for_all_slings_includes_those_next_to_a_lifting_beam() -> None:
     plan = scene(MIXED).plan
     first = plan.actions[0].orders[0].until
     assert {*first.names} == {"one.sling-1", "one.sling-2", "legs.sling-1", "legs.sling-2"}
@@ -136,6 +136,6 @@ def test_unhooking_removes_the_slings_of_a_hook_with_or_without_a_lifting_frame(
         scene(f"{text}  - {order}\n  - west H2: unhook\n")
 
 
-def test_a_lug_held_by_a_lifting_beam_takes_no_other_sling() -> None:
+def test_a_lug_to_which_a_lifting_beam_is_attached_accepts_no_other_sling() -> None:
     with pytest.raises(SceneError, match=r"the lug a\.P already carries a sling of one"):
         scene(MIXED.replace("to: [b.P, b.Q]", "to: [a.P, b.Q]"))

@@ -103,7 +103,7 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_each_extension_recipe_changes_only_its_stated_number_of_files(package: Path) -> None:
+def test_each_recipe_for_an_extension_changes_only_the_stated_number_of_files(package: Path) -> None:
     counts = {"verb with a meaning": (2, 1), "verb of one actuator": (1, 1), "standard": (1, 1)}
     seen = touched(package)
     assert not seen

@@ -28,7 +28,7 @@ def numbers(at: object, kind: object, path: Path = ()) -> Iterator[Path]:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_every_printed_path_of_a_machine_type_can_be_set(name: str) -> None:
+def test_every_path_that_is_printed_for_a_machine_type_can_be_set(name: str) -> None:
     scene, source = load(name), read(TEXTS[name], name)
     found = [path for path in numbers(scene.scene, None) if path[0] == "machines"]
     assert len(found) > 20
@@ -40,13 +40,13 @@ def test_every_printed_path_of_a_machine_type_can_be_set(name: str) -> None:
     assert parse(TEXTS[name], f"{name}.yaml", same, passing=True).scene == scene.scene
 
 
-def test_a_setting_for_a_part_overrides_the_value_of_its_machine_type() -> None:
+def test_a_setting_for_a_part_overrides_the_value_in_its_machine_type() -> None:
     scene = parse(TEXTS["jib"], "jib.yaml", ["machines.jib.hooks.jib.main.at.x=39 m"], passing=True).scene
     assert scene.machines["jib"].hooks["jib.main"].at == (39.0, 0.0, 0.0)
     assert scene.machines["jib"].hooks["jib.main"].falls == 8
 
 
-def test_a_scene_may_override_a_part_of_a_type() -> None:
+def test_a_scene_may_override_a_part_of_a_machine_type() -> None:
     written = parse(
         "extends: jib\nname: own\nmachines: {jib: {hooks: {jib.main: {block: 3 t}}}}\n", "scene.yaml", passing=True
     )
@@ -68,6 +68,6 @@ def test_settings_for_parts_that_a_machine_type_does_not_have_are_reported(setti
 
 
 @pytest.mark.parametrize("path", ["nosuch", "block.maß", "machines.jib.hooks.jib.main.sped"])
-def test_an_unknown_path_of_a_varied_input_is_reported_before_step_sizes_are_requested(path: str) -> None:
+def test_an_unknown_path_of_a_varied_input_is_reported_before_the_missing_step_is_requested(path: str) -> None:
     with pytest.raises(SceneError, match="unknown key"):
         axes_of(load("jib"), [f"{path}=3 t..4 t"], sampling=False)

@@ -93,7 +93,7 @@ def test_every_type_of_force_can_be_written_in_a_scene(written, tmp_path):
     assert list(forces) == ["bar", "gale", "motor", "mount", "own", "stay", "tug"]
 
 
-def test_forces_are_transmitted_to_processes_unchanged(written):
+def test_forces_of_a_scene_reach_node_processes_unchanged(written):
     plan = load(str(written())).plan
     assert decode(encode(plan)) == plan
 

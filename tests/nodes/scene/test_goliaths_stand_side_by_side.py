@@ -39,7 +39,7 @@ def runs(two: LoadedScene, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     return {name: Recording(folder / f"{name}.mcap") for name in ("one", "two")}
 
 
-def test_the_plan_of_two_lifts_has_unique_names(two: LoadedScene) -> None:
+def test_names_in_the_plan_of_two_lifts_are_unique(two: LoadedScene) -> None:
     machines = [machine.name for machine in two.plan.machines]
     own = ["crane", "loader-1", "loader-2", "loader-3", "block"]
     assert sorted(machines) == sorted(f"{lift}-{name}" for lift in "ab" for name in own)
@@ -52,7 +52,7 @@ def test_the_plan_of_two_lifts_has_unique_names(two: LoadedScene) -> None:
     assert ("b-loader-3", "report", "commander", "report_b") in wires
 
 
-def test_each_of_several_cranes_is_modelled_as_the_scene_describes(two: LoadedScene) -> None:
+def test_each_of_several_cranes_has_the_model_that_the_scene_describes_for_it(two: LoadedScene) -> None:
     a, b = two.plan.lists
     bending = msgspec.structs.replace(b, fidelity=plan.Fidelity(girder="elastic"))
     models = build(msgspec.structs.replace(two.plan, lists=(a, bending)))
@@ -84,7 +84,7 @@ def test_the_second_of_two_cranes_stands_at_its_stated_place(runs: dict[str, Rec
     assert {name for _, name in other.stages()} >= {"a: lift off", "b: lift off"}
 
 
-def test_the_digest_of_two_lifts_is_equal_in_any_placement(
+def test_the_digest_of_a_run_with_two_lifts_is_equal_for_any_placement_of_nodes(
     two: LoadedScene, runs: dict[str, Recording], tmp_path: Path
 ) -> None:
     placement = Placement.spread([*build(two.plan), KERNEL], 4)
@@ -92,7 +92,7 @@ def test_the_digest_of_two_lifts_is_equal_in_any_placement(
     assert found.digest == runs["two"].result["digest"]
 
 
-def test_position_limits_are_relative_to_the_origin_of_a_lift(two: LoadedScene) -> None:
+def test_position_limits_of_a_crane_are_relative_to_the_origin_of_its_lift(two: LoadedScene) -> None:
     """The lower trolley goes to y = 83 m of its girder, the crane stands at x = 40 m of its rails."""
     most = {(use.limit.subject, use.limit.quantity): use.value for use in two.uses}
     for lift in "ab":
@@ -118,7 +118,7 @@ actions:
 """
 
 
-def test_conditions_and_interlocks_of_several_lifts_may_refer_to_parts_of_all_lifts() -> None:
+def test_conditions_and_interlocks_of_one_lift_may_refer_to_parts_of_other_lifts() -> None:
     plan = parse(BETWEEN).plan
     stops = [(x.machine, [stop.actuator for stop in x.stops]) for x in plan.interlocks]
     assert stops == [(f"{lift}-crane", [f"{lift}-crane.gantry.drive"]) for lift in "ab"]

@@ -55,7 +55,9 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("setting", "name", "value", "kind", "sd"), TOLD)
-def test_uncertainties_of_inputs_are_read(setting: str, name: str, value: float, kind: str, sd: float) -> None:
+def test_uncertainties_of_inputs_are_read_from_the_scene_file(
+    setting: str, name: str, value: float, kind: str, sd: float
+) -> None:
     (found,) = uncertain_inputs(load("lift", [setting]))
     assert (found.name, found.kind) == (name, kind)
     assert found.value == pytest.approx(value, rel=1e-15)
@@ -94,14 +96,14 @@ def without_uncertainty(plan: Plan) -> Plan:
     return replace(plan, limits=tuple(rows))
 
 
-def test_stating_uncertainties_of_inputs_changes_only_the_limits_in_the_plan() -> None:
+def test_stating_the_uncertainties_of_inputs_changes_only_the_limits_of_the_plan() -> None:
     plain = load("lift", ["block.mass=300 t", "rig.sling.EA=445 MN"])
     for text in ("300 t +- 3 %", "290..310 t", "300 t sd 5000 kg"):
         stated = load("lift", [f"block.mass={text}", "rig.sling.EA=445 MN ± 10 %"])
         assert without_uncertainty(stated.plan) == without_uncertainty(plain.plan)
 
 
-def test_uncertainties_written_in_free_text_are_not_read() -> None:
+def test_uncertainties_that_appear_only_in_comments_or_free_text_are_not_read() -> None:
     stage = "actions.0.stage=20..30 t on the hooks"
     source = "limits={ropes: {crane.H1: {tension: 4 MN, source: 3 +- 1 tests}}}"
     scene = load("lift", [stage, source])

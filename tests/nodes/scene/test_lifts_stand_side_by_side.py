@@ -60,7 +60,7 @@ def test_each_of_several_lifts_moves_as_if_alone(runs: dict[str, Recording]) -> 
     assert there - end == pytest.approx((3.0, 40.0, 0.0), abs=2e-3)
 
 
-def test_an_event_of_one_lift_adds_a_sample_row_to_that_lift_only(runs: dict[str, Recording]) -> None:
+def test_an_event_in_one_lift_adds_a_recorded_sample_row_to_that_lift_only(runs: dict[str, Recording]) -> None:
     """The samples of all have the common times; between them stand the rows of the lift to which something happened,
     those that it has alone."""
     alone, other = runs["one"]["rope/tension/a-hall.main"], runs["two"]
@@ -82,7 +82,7 @@ def test_each_of_several_lifts_starts_with_the_rope_tensions_of_the_scene_it_ext
         assert first.tensions[f"a-{rope}"] == first.tensions[f"b-{rope}"] == pytest.approx(tension, rel=1e-9)
 
 
-def test_stages_are_prefixed_with_the_names_of_their_lifts(runs: dict[str, Recording]) -> None:
+def test_names_of_stages_are_prefixed_with_the_names_of_their_lifts(runs: dict[str, Recording]) -> None:
     stages = [name for _, name in runs["two"].stages()]
     assert stages[:3] == ["a: take up", "b: take up", "a: lift off"]
     assert len(stages) == 2 * len(runs["one"].stages())

@@ -27,7 +27,9 @@ def test_a_bundled_scene_can_be_extended_by_its_name(tmp_path: Path) -> None:
     assert scene.plan.actions[0].where.startswith("lift.yaml:")
 
 
-def test_the_plan_does_not_depend_on_how_a_path_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_plan_of_a_scene_does_not_depend_on_how_its_file_path_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "heavier.yaml").write_text(HEAVIER)
     (tmp_path / "slow.yaml").write_text("heavylift: 1\nextends: heavier.yaml\nname: slow\n")
     monkeypatch.chdir(tmp_path)

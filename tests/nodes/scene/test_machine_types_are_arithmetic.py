@@ -180,7 +180,7 @@ def test_a_machine_type_overrides_values_of_the_type_that_it_extends(
 
 
 @pytest.mark.parametrize("name", sorted(library()))
-def test_every_machine_type_states_its_kind_and_the_source_of_its_numbers(name: str) -> None:
+def test_every_machine_type_states_its_kind_and_the_source_of_its_data(name: str) -> None:
     kind = machine_type(name)
     assert kind.data["name"] == name
     assert all(kind.about(key) for key in ("about", "capacity", "source"))

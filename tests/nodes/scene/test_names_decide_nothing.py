@@ -45,7 +45,9 @@ def whole(scene: LoadedScene, plan: Plan) -> LoadedScene:
 
 @pytest.mark.parametrize("name", ["lift", "turnover"])
 @pytest.mark.large(beyond=1)
-def test_renaming_machines_and_blocks_does_not_change_the_results(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_renaming_machines_and_blocks_does_not_change_the_results_of_a_run(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     scene = load(name)
     new = Renamed(scene.plan, monkeypatch)
     other = whole(scene, new.plan)

@@ -71,7 +71,7 @@ def test_renaming_parts_of_machine_types_changes_no_result(tmp_path: Path) -> No
     ]
 
 
-def test_former_keys_of_scenes_occur_in_one_table_of_the_product_only() -> None:
+def test_words_for_crane_types_such_as_goliath_occur_in_one_table_of_the_product_only() -> None:
     """No plan, model, builder or check knows a goliath or a block loader; importlib has loaders of its own."""
     root = Path(__file__).parents[3]
     files = [file for room in ("kernel", "nodes", "recordings", "coordinator") for file in (root / room).rglob("*.py")]

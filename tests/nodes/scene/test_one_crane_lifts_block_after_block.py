@@ -73,7 +73,7 @@ def both(scene: LoadedScene, tmp_path_factory: pytest.TempPathFactory) -> Record
     return Recording(path)
 
 
-def test_each_of_several_blocks_hangs_on_the_hook_in_its_stage(scene: LoadedScene, both: Recording) -> None:
+def test_each_of_several_blocks_hangs_from_the_hook_that_its_stage_names(scene: LoadedScene, both: Recording) -> None:
     """40 t, then 60 t below a hook block of 2.5 t, at rest as in the run; the first stays where it was set down."""
     lifted = [s for s in scene.statics.states if s.action in (2, 13)]
     carried = {s.action: s.tensions["hall.main"] for s in lifted}

@@ -38,7 +38,7 @@ TEXTS = {name: bundled()[name].read_text() for name in ("lift", "turnover", *SCE
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_every_single_number_in_a_default_list_can_be_set(name: str) -> None:
+def test_every_single_number_in_a_list_of_default_values_can_be_set(name: str) -> None:
     found = list(unwritten(read(TEXTS[name], name)))
     assert found, "there are such lists"
     for path, values in random.Random(1).sample(found, min(6, len(found))):
@@ -58,7 +58,7 @@ def test_every_single_number_in_a_default_list_can_be_set(name: str) -> None:
             assert scenes[0] == scenes[1], place
 
 
-def test_settings_and_varied_inputs_accept_the_same_three_spellings_of_a_path() -> None:
+def test_a_path_in_settings_and_varied_inputs_has_three_equivalent_spellings() -> None:
     text = TEXTS["lift"]
     plans = [
         parse(text, "lift.yaml", [f"{path}=0.1 m"]).plan for path in ("block.com[0]", "block.com.x", "block.com.0")
@@ -70,6 +70,6 @@ def test_settings_and_varied_inputs_accept_the_same_three_spellings_of_a_path() 
 
 
 @pytest.mark.parametrize("setting", ["block.com[5]=1 m", "block.com.w=1 m", "block.mass[0]=1 t", "block.lugs[0]=1 m"])
-def test_a_setting_of_a_path_that_does_not_exist_is_refused(setting: str) -> None:
+def test_a_setting_for_a_path_that_does_not_exist_in_the_scene_is_refused(setting: str) -> None:
     with pytest.raises(SceneError, match=r"--set:1:1|no place|block"):
         parse(TEXTS["lift"], "lift.yaml", [setting])

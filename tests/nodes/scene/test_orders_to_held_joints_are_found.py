@@ -49,6 +49,6 @@ def test_a_turn_is_refused_if_the_model_level_locks_a_trolley_that_carries_the_l
     assert message == f"actions[5].block: west.upper-slide cannot move: it is held by {WITHOUT} 'trolleys'{UNLESS}"
 
 
-def test_the_model_level_may_lock_joints_that_receive_no_orders():
+def test_a_model_level_may_lock_joints_that_receive_no_orders():
     assert load("lift", ["fidelity.motion=across"]).plan.fidelity.locked[-1] == "crane.gantry"
     assert load("lift", ["fidelity.locked=[trolleys]", "actions=[{wait: 10 s}]"]).plan

@@ -38,7 +38,7 @@ def test_lifting_beams_copied_by_the_key_like_differ_only_in_hook_and_lugs() -> 
         )
 
 
-def test_a_sling_copied_by_the_key_like_takes_all_keys_that_it_does_not_state_itself() -> None:
+def test_a_sling_that_copies_another_by_the_key_like_takes_all_keys_that_it_does_not_state_itself() -> None:
     jib = bundled()["jib"].read_text(encoding="utf-8")
     two = "legs: {on: jib main, to: [N1, N2], length: 8 m, sling: {EA: 60 MN, breaking: 900 kN}}"
     start = jib.index("  legs:")
@@ -51,7 +51,7 @@ def test_a_sling_copied_by_the_key_like_takes_all_keys_that_it_does_not_state_it
     assert (more.sling.EA, more.sling.breaking, more.lengths) == (50e6, 900e3, legs.lengths)  # type: ignore[union-attr]
 
 
-def test_a_lift_instance_copies_another_by_the_key_like() -> None:
+def test_a_second_lift_copies_the_keys_of_another_lift_by_the_key_like() -> None:
     first = "a: {extends: jib, at: [9 m, 0 m], block: {mass: 10 t}}"
     text = f"heavylift: 1\nname: two\nlifts: {{{first}, b: {{like: a, at: [0 m, 99 m]}}}}\n"
     machines = parse(text, passing=True).plan.machines
@@ -76,7 +76,7 @@ def test_an_unknown_name_given_for_the_key_like_is_reported(entry: str) -> None:
     assert BAD[entry] in str(error.value)
 
 
-def test_a_fault_in_an_entry_copied_by_like_is_reported_at_one_line_only() -> None:
+def test_a_fault_in_a_table_entry_that_others_copy_by_the_key_like_is_reported_at_one_line_only() -> None:
     with pytest.raises(SceneError) as error:
         parse(rigged("loader-1: {hook: crane H1, sling: 10 t, lugs: [P1, P2]}",
                      "loader-2: {like: loader-1, hook: crane H2, lugs: [Q1, Q2]}"), passing=True)  # fmt: skip

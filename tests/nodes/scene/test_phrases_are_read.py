@@ -67,7 +67,7 @@ def test_condition_phrases_are_parsed_into_their_values(text: str) -> None:
     assert read_condition(text) == (CONDITIONS[text],)
 
 
-def test_conditions_can_be_joined_by_the_word_and() -> None:
+def test_conditions_of_an_action_can_be_joined_by_the_word_and() -> None:
     text = "landed and all slings slack"
     assert read_condition(text) == (
         GroundTest("landed", 0, text="landed"),
@@ -82,7 +82,7 @@ def test_an_invalid_phrase_of_an_order_or_condition_is_refused(text: str) -> Non
     assert (refusal.value.column, str(refusal.value)) == WRONG[text]
 
 
-def test_an_order_phrase_of_more_than_10_000_characters_is_refused() -> None:
+def test_an_order_text_of_more_than_10_000_characters_is_refused() -> None:
     for text in ("lower " + "9" * 1_500_000, "lower 1 m" + " " * 1_500_000, "when " + "x" * 1_500_000):
         for read in (read_order, read_condition):
             with pytest.raises(PhraseError, match=f"a phrase has at most 10000 characters, this one has {len(text)}"):

@@ -88,7 +88,7 @@ def test_swing_free_ramps_leave_less_than_two_percent_of_the_swing_of_a_step_in_
     assert np.ptp(y[run.t > 95.0]) < 0.02 * 4.0 * 20 / 60 * move_of(scene).periods[0] / (2 * pi)
 
 
-def test_check_reports_the_chosen_swing_free_ramps() -> None:
+def test_the_command_check_reports_the_chosen_swing_free_ramps() -> None:
     message = str(check(load("lift", [LIFT.format("one swing")])))
     trolleys = "the upper trolley of crane, the lower trolley of crane"
     assert f"  sideways: {trolleys}: 0.01847 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in message
@@ -112,7 +112,7 @@ def test_swing_free_ramps_can_be_set_for_a_crane_or_for_a_single_order() -> None
     assert all(not m.pulses for action in scene.plan.actions for m in action.orders if isinstance(m, Move))
 
 
-def test_each_swing_free_ramp_fits_the_rope_length_at_its_beginning() -> None:
+def test_each_swing_free_ramp_fits_the_rope_length_at_the_beginning_of_its_move() -> None:
     """Hoisting while it traverses: the ropes are shorter as it stops, and what that leaves is said."""
     scene = load(
         "lift",
@@ -159,7 +159,7 @@ def test_swing_free_ramps_of_a_load_without_swing_period_are_reported() -> None:
         load("turnover", [turn])
 
 
-def test_a_swing_free_ramp_can_neither_be_varied_nor_ordered_by_an_operator() -> None:
+def test_a_move_with_a_swing_free_ramp_can_neither_be_varied_nor_ordered_by_an_operator() -> None:
     with pytest.raises(SceneError, match=r"input cranes.crane.ramp: this is not a quantity"):
         inputs(load("lift", ["cranes.crane.ramp=one swing"]), ["cranes.crane.ramp"])
     with pytest.raises(
@@ -183,7 +183,7 @@ def test_the_residual_swing_of_a_speed_profile_is_that_of_a_linear_oscillator(pu
 
 @pytest.mark.parametrize("distance", [-1e-6, 0.3, 4.0, 120.0, -33.3])
 @pytest.mark.parametrize("pulses", [1, 2])
-def test_swing_free_speed_profiles_end_exactly_at_their_goal(pulses: int, distance: float) -> None:
+def test_swing_free_speed_profiles_end_exactly_at_the_target_position(pulses: int, distance: float) -> None:
     rows = profile(pulses, distance, 0.5, 0.1, (15.0, 13.0), 7)
     assert way(rows) == pytest.approx(distance, rel=1e-15)
     assert rows[0] == (7, 0.0)

@@ -72,12 +72,12 @@ def read():
     ("scene", "words", "told"),
     [("jib", *item) for item in JIB.items()] + [("wind-tandem", *item) for item in GOLIATHS.items()],
 )
-def test_each_condition_is_a_threshold_of_a_signal(read, scene, words, told):
+def test_each_condition_in_an_action_list_is_a_threshold_of_a_signal(read, scene, words, told):
     term = read(scene, words)
     assert (term.model, term.threshold.quantity) == told
 
 
-def test_every_quantity_in_the_table_of_signals_can_be_used_in_conditions():
+def test_every_quantity_in_the_table_of_signals_can_be_used_in_a_condition():
     text = [words for words in (*JIB, *GOLIATHS)]
     assert not [quantity for quantity in QUANTITIES if not any(words.startswith(quantity) for words in text)]
 
@@ -106,7 +106,7 @@ def limited(*signals):
     return parse(text, "scene.yaml", passing=True)
 
 
-def test_limits_use_the_same_signals_as_conditions():
+def test_limits_and_conditions_use_the_same_signals():
     """What the scene limits by the table's words comes to the values of the rows that are always judged."""
     scene = limited(
         "load of east H2 <= 100 t", "off-lead of west H1 <= 0.01 deg", "wind <= 9 m/s", "gap west east >= 3 m",
@@ -178,7 +178,7 @@ def test_a_condition_on_a_load_in_per_cent_of_a_chart_uses_the_capacity_at_the_t
         ("tension of all slings in %", "use"),
     ],
 )
-def test_a_user_model_can_receive_a_load_in_per_cent_of_its_limit(words, quantity):
+def test_a_user_model_can_receive_a_load_as_a_percentage_of_its_limit(words, quantity):
     """What a condition with the same words and a value in % compares."""
     chart = f"cranes: {{crane: {{capacity chart: {CHART}}}}}\n" if "H3" in words else ""
     text = (
@@ -225,7 +225,7 @@ def test_an_interlock_can_monitor_each_of_several_slings(value, quantity):
         ("load of west H1 <= 3 m", "'3 m' is not a valid mass"),
     ],
 )
-def test_signals_that_cannot_be_limited_are_reported(words, sentence):
+def test_a_limit_on_a_signal_that_cannot_be_limited_is_reported(words, sentence):
     with pytest.raises(SceneError) as error:
         limited(words)
     assert sentence in str(error.value)

@@ -266,7 +266,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_faults_of_edges_are_reported(name: str) -> None:
+def test_faults_of_edges_for_ropes_are_reported(name: str) -> None:
     old, new, sentence = BAD[name]
     assert TEXT.count(old) == 1
     with pytest.raises(SceneError) as message:

@@ -67,7 +67,7 @@ def test_statics_can_start_from_the_pose_of_a_run_at_a_given_time(capsys, monkey
     assert during[0]["bodies"]["block"] > 0.5  # now it is the block that swings
 
 
-def test_a_run_paused_at_a_time_has_the_state_of_the_full_run():
+def test_a_simulation_paused_at_a_time_has_the_state_that_the_whole_run_has_then():
     simulation = paused(load("lift", []), at=40.0)
     assert simulation.epoch == 40_000_000_000
     moving = simulation.state.copy()
@@ -105,7 +105,7 @@ mechanism:
 """
 
 
-def test_a_scene_that_falls_freely_has_no_static_equilibrium(tmp_path, capsys, monkeypatch):
+def test_a_freely_falling_body_has_no_static_equilibrium(tmp_path, capsys, monkeypatch):
     (tmp_path / "falls.yaml").write_text(FALLS)
     monkeypatch.setattr(sys, "argv", ["heavylift", "modes", str(tmp_path / "falls.yaml")])
     with pytest.raises(SystemExit, match="1"):

@@ -26,7 +26,7 @@ def lift(orders: str, end: str = "900 s"):
     return parse(text[: text.index("actions:")] + "actions:\n" + LIFTED + orders)
 
 
-def test_loads_along_the_path_with_one_moving_hook_agree_with_the_kernel():
+def test_loads_along_an_equilibrium_path_with_one_moving_hook_agree_with_the_kernel():
     scene = lift("  - stage: alone\n    crane H3: hoist 0.3 m/min by 0.5 m\n  - stage: still\n    wait: 300 s\n")
     simulation = paused(scene, at=600.0)
     rests = equilibrium(simulation).tensions
@@ -40,7 +40,7 @@ def test_loads_along_the_path_with_one_moving_hook_agree_with_the_kernel():
     assert R[2][1] > 0.03, "its side at H3 is higher: 0.5 m over 12 m"
 
 
-def test_a_block_set_down_lands_where_the_equilibrium_path_says():
+def test_a_block_that_is_set_down_lands_where_the_equilibrium_path_predicts():
     scene = lift("  - stage: down\n    all hooks: lower 3 m/min until landed and all slings slack\n", "900 s")
     message = [x.event for x in scene.statics.states if x.action == 4 and x.event]
     assert "closed" in message[0]
@@ -50,7 +50,7 @@ def test_a_block_set_down_lands_where_the_equilibrium_path_says():
     assert sum(last.supports.values()) == pytest.approx(300e3 * 9.80665, rel=1e-6)
 
 
-def test_a_stated_end_time_before_the_end_of_the_action_list_gives_a_red_finding():
+def test_an_end_time_stated_before_the_end_of_the_action_list_gives_a_red_finding():
     (cut,) = [f for f in load("lift", ["end=20 s"]).findings if f.quantity == "cut"]
     assert cut.state == "red"
     assert cut.sentence.startswith(

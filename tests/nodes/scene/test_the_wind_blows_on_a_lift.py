@@ -17,7 +17,7 @@ HOUR, RUNS = 3600.0, 20
 SCATTER = 0.1  # of a spectrum's mean over a band, of so many hours
 
 
-def test_wind_acts_on_the_sides_of_the_block() -> None:
+def test_the_wind_force_on_a_block_depends_on_the_areas_of_its_sides() -> None:
     wind = load("lift", [ALONG]).plan.machines[-1].system.forces
     assert [(x.name, x.at.body) for x in wind] == [("wind.block", "block")]
     assert isinstance(wind[0], Wind)
@@ -31,7 +31,7 @@ def test_wind_along_the_rails_is_held_by_the_gantry_drive() -> None:
     assert held == pytest.approx(FORCE, rel=LEANS)
 
 
-def test_the_wind_is_recorded_and_checked() -> None:
+def test_the_wind_during_a_run_is_recorded_and_checked_against_its_limit() -> None:
     result = simulate(load("lift", [ALONG, "end=2 s"]))
     assert result["wind/force"]["wind.block"][0] == pytest.approx(FORCE, rel=SLOW)
 
@@ -81,6 +81,6 @@ def test_a_mechanism_named_wind_is_refused_if_the_scene_has_wind() -> None:
         load("gust", ["mechanism.name=wind", ALONG, "wind.on={load: {sides: [1 m2, 1 m2, 1 m2]}}"])
 
 
-def test_wind_without_a_block_must_name_its_bodies() -> None:
+def test_a_scene_that_has_wind_but_no_block_must_name_the_bodies_in_the_wind() -> None:
     with pytest.raises(SceneError, match="wind: there is no block"):
         load("pendulum", [ALONG])

@@ -106,7 +106,7 @@ def test_units_are_converted_to_si(dimension: units.Dimension, text: object, si:
 
 
 @pytest.mark.parametrize(("dimension", "text", "told"), REFUSES)
-def test_texts_that_are_no_quantities_are_refused_with_the_expected_form(
+def test_texts_that_are_not_quantities_are_refused_with_the_expected_form(
     dimension: units.Dimension, text: object, told: str
 ) -> None:
     with pytest.raises(ValueError) as refusal:  # noqa: PT011
@@ -134,7 +134,7 @@ def exactly(x: Fraction) -> str:
     return f"{Decimal(scaled.numerator).scaleb(-digits, Context(prec=200)):f}" if scaled.denominator == 1 else ""
 
 
-def test_a_number_beyond_the_range_of_floats_is_refused() -> None:
+def test_a_quantity_beyond_the_range_of_floating_point_numbers_is_refused() -> None:
     with pytest.raises(ValueError, match="is not a finite number"):
         units.MASS.read("1e307 t")
     with pytest.raises(ValueError, match="is not a finite number"):

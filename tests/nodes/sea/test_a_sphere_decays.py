@@ -77,7 +77,7 @@ def test_the_heave_decay_of_a_sphere_agrees_with_its_frequency_domain_solution(w
         assert float(s.row().q[0]) == pytest.approx(decay(t), abs=FIT)
 
 
-def test_a_sphere_released_five_times_as_high_moves_five_times_as_far(water: StateSpace) -> None:
+def test_a_ball_released_from_a_height_five_times_as_large_moves_five_times_as_far(water: StateSpace) -> None:
     """Let go at 5 m, a linear model moves five times as far as from 1 m."""
     one, five = sphere(water, 1.0), sphere(water, 5.0)
     for s in (one, five):

@@ -93,7 +93,7 @@ def test_slings_that_become_slack_in_the_splash_zone_give_a_red_check() -> None:
         assert found.value == pytest.approx(share, rel=SWINGS)
 
 
-def test_splash_zone_curves_keep_their_last_value_below_their_last_point() -> None:
+def test_checks_below_the_last_point_of_a_splash_zone_curve_use_the_value_at_that_point() -> None:
     """The curves end at 1 m, the block goes down to 2.5 m: it is checked there with what they have at 1 m."""
     push, force = 100.0, 240.0
     loaded = scene(((0.0, 0.0), (0.5, 0.0), (1.0, force)), buoyancy=f"[[0 m, 0 kN], [1 m, {push} kN]]")

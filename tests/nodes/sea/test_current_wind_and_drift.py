@@ -181,7 +181,7 @@ def unchecked(loaded: LoadedScene) -> list[str]:
     return [x.sentence for x in loaded.checks if x.quantity == "inputs" and x.state == "amber"]
 
 
-def test_effects_of_wind_current_and_trim_that_no_check_includes_give_amber_checks(drifting: Path) -> None:
+def test_wind_and_current_and_trim_effects_without_a_check_give_amber_lines_in_the_verdict(drifting: Path) -> None:
     wind = "wind: {speed: 5 m/s, direction: [1, 0, 0], on: {%s}}"
     hull = msgspec.json.decode((drifting / "hull.json").read_bytes()) | {"buoyancy": None}
     (drifting / "hull.json").write_bytes(msgspec.json.encode(hull))

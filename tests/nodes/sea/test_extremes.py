@@ -63,7 +63,7 @@ def test_peaks_that_do_not_depend_on_the_sea_have_no_spread_over_seeds() -> None
     assert extreme([1e6 + 1e-5 * i for i in range(10)], P90)[1:] == (0.0, "equal for all seeds")
 
 
-def test_the_peak_of_a_long_operation_has_the_distribution_of_the_maximum_of_its_runs() -> None:
+def test_the_peak_of_a_long_operation_is_distributed_as_the_maximum_of_its_independent_parts() -> None:
     """The maximum of m Gumbel values is Gumbel's, moved by b log m."""
     part = part_of("MPM", 600.0, 3 * 3600.0)
     assert gumbel_r.ppf(part, 7.0, 2.0) == pytest.approx(7.0 + 2.0 * np.log(18.0), rel=1e-12)

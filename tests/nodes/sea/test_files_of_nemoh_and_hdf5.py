@@ -113,7 +113,9 @@ def test_nemoh_moments_about_another_point_are_transferred_to_the_centre_of_a_sp
     assert np.abs(of.A[:, 4, 4]).max() < SPHERE * POINT**2 * of.A[:, 0, 0].max()
 
 
-def test_the_file_hash_and_the_water_depth_of_nemoh_data_are_recorded(tmp_path: Path, hull: Coefficients) -> None:
+def test_a_recording_states_the_file_hash_and_the_water_depth_of_its_nemoh_data(
+    tmp_path: Path, hull: Coefficients
+) -> None:
     found = hull_of(written(tmp_path, around(hull), "12."))
     assert found.depth == 12.0
     assert found.buoyancy == (0.0, 0.0, -0.37)
@@ -220,7 +222,9 @@ def test_netcdf_4_files_with_motions_in_any_order_give_the_same_hull_coefficient
         assert np.abs(one - two).max() <= 30.0 * WRITTEN * max(float(np.abs(one).max()), 1.0), name
 
 
-def test_wave_frequencies_without_a_solution_in_a_netcdf_file_are_left_out(tmp_path: Path, hull: Coefficients) -> None:
+def test_netcdf_hull_data_are_read_without_the_wave_frequencies_that_have_no_solution(
+    tmp_path: Path, hull: Coefficients
+) -> None:
     """Capytaine writes NaN for long waves on shallow water."""
     import h5py
 

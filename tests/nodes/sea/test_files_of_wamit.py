@@ -137,7 +137,9 @@ HEADINGS |= {(200.0,): "gaps of at most 45 deg", (*np.arange(-180.0, 200.0, 60.0
 
 
 @pytest.mark.parametrize("degrees", HEADINGS)
-def test_wave_headings_that_do_not_cover_a_hull_are_refused(tmp_path: Path, degrees: tuple[float, ...]) -> None:
+def test_wave_headings_that_do_not_cover_all_directions_around_a_hull_are_refused(
+    tmp_path: Path, degrees: tuple[float, ...]
+) -> None:
     of = bundled()
     n, loads = len(degrees), of.loads
     headings = tuple(np.radians(degrees).tolist())

@@ -36,7 +36,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_run_over_many_seeds_prints_and_writes_its_quantiles(here: Path) -> None:
+def test_a_run_over_many_seeds_prints_the_quantiles_of_its_results_and_writes_them_to_a_file(here: Path) -> None:
     """Its table has the checks on the quantile, which strict exit codes follow; the report is the same sheet."""
     done = CliRunner().invoke(app, ["run", *COMMON, "--report", "seeds.json", "--fail-on", "amber"])
     sheet = json.loads(done.stdout)
@@ -52,7 +52,7 @@ def test_a_run_over_many_seeds_prints_and_writes_its_quantiles(here: Path) -> No
     assert done.exit_code == (0 if sheet["state"] == "green" else 1)
 
 
-def test_options_for_a_single_run_are_refused_in_a_run_over_many_seeds(here: Path) -> None:
+def test_options_that_apply_to_a_single_run_are_refused_in_a_run_over_many_seeds(here: Path) -> None:
     done = CliRunner().invoke(app, ["run", *COMMON, "-o", "one.mcap"])
     assert done.exit_code == 2
     assert "-o is for a single run" in done.stderr
@@ -83,7 +83,7 @@ def test_options_that_do_not_suit_the_kind_of_hull_data_are_refused(here: Path, 
 
 
 @pytest.mark.parametrize("option", [["--gap-damping", "0.05"], ["--gap-source", "a model test"]])
-def test_a_gap_damping_without_its_source_is_refused_and_a_source_alone_too(here: Path, option: list[str]) -> None:
+def test_a_gap_damping_without_a_source_is_refused_and_so_is_a_source_alone(here: Path, option: list[str]) -> None:
     done = CliRunner().invoke(app, ["hull", "x.nc", *option])
     assert done.exit_code
     assert "--gap-damping needs --gap-source" in str(done.exception)

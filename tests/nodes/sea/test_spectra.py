@@ -21,7 +21,7 @@ def test_the_pierson_moskowitz_spectrum_has_the_energy_and_mean_period_of_the_st
 
 
 @pytest.mark.parametrize("gamma", [1.0, 2.0, 3.3, 5.0])
-def test_the_jonswap_spectrum_is_that_of_the_standard(gamma):
+def test_the_jonswap_spectrum_agrees_with_the_formula_of_dnv_rp_c205(gamma):
     """The factor 1 - 0.287 ln gamma of DNV-RP-C205, 3.5.5.2 is the one that gives the energy, to 1.5 %."""
     m0 = quad(lambda w: jonswap(w, HS, TP, gamma), 0.05, 60.0, limit=800, points=[PEAK])[0]
     assert HS * HS / 16.0 / m0 == pytest.approx(1.0 - 0.287 * np.log(gamma), rel=1.5e-2)
@@ -47,7 +47,7 @@ def test_wave_components_have_the_moments_of_their_spectrum(seed, spreading):
         assert not away.any()
 
 
-def test_a_seed_determines_one_realisation_of_a_sea():
+def test_the_seed_of_a_scene_determines_the_realisation_of_its_sea():
     def sea(seed):
         return components(lambda w: pierson_moskowitz(w, HS, TP), HS, (0.4, 1.5), 50, 0.0, 4.0, seed)
 

@@ -177,7 +177,7 @@ MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 @pytest.mark.parametrize("w", [0.5, 0.8, RESONANCE])
-def test_given_motions_of_two_hulls_are_those_of_their_coupled_equations(
+def test_prescribed_motions_of_two_hulls_are_those_of_their_coupled_equations(
     tmp_path: Path, pair: Hydrodynamics, w: float
 ) -> None:
     plan = load(placed(tmp_path, pair, text(w))).plan
@@ -189,7 +189,7 @@ def test_given_motions_of_two_hulls_are_those_of_their_coupled_equations(
             assert found[kind] == pytest.approx(each[kind], abs=CLOSE * np.abs(each[kind]).max())
 
 
-def test_hulls_without_waves_between_them_move_as_two_single_vessels(tmp_path: Path, pair: Hydrodynamics) -> None:
+def test_hulls_that_exchange_no_waves_move_as_two_single_vessels(tmp_path: Path, pair: Hydrodynamics) -> None:
     """Far apart, nothing couples them: a file of both with states of their own, and files of each alone."""
     second = pair.beside
     assert second
@@ -268,7 +268,7 @@ def test_files_of_wamit_and_capytaine_of_two_hulls_give_the_same_coefficients(tm
         wamit(tmp_path / "two.1", 3600.0, 0.0, 10.0)
 
 
-def test_a_resonance_of_the_gap_that_the_frequencies_miss_is_refused(tmp_path: Path) -> None:
+def test_wave_frequencies_that_miss_a_resonance_of_the_gap_are_refused(tmp_path: Path) -> None:
     with netcdf_file(DATA, "r", mmap=False) as file, netcdf_file(tmp_path / "few.nc", "w") as few:
         size = file.variables["omega"].shape[0]
         kept = [*range(0, size - 1, 2), size - 1]
@@ -337,7 +337,9 @@ def test_each_of_two_hulls_drifts_by_its_own_modes_in_a_file_of_wamit(tmp_path: 
     assert slow[0].signal.waves.by[0], "slow drift"
 
 
-def test_drift_of_both_hulls_together_is_refused(tmp_path: Path, pair: Hydrodynamics) -> None:
+def test_drift_coefficients_given_for_two_hulls_together_and_not_for_each_are_refused(
+    tmp_path: Path, pair: Hydrodynamics
+) -> None:
     given = drift_of(drifts(tmp_path / "two.8", (1, 2, 6)), RHO * 9.81, 10.0)
     with pytest.raises(
         SceneError, match=r"two.8: the file must contain the drift of each of two hulls, modes 1 to 12 of NAME.9"

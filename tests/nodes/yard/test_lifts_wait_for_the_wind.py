@@ -42,7 +42,7 @@ def test_random_wind_has_the_stated_correlation_from_hour_to_hour():
     assert both == pytest.approx(0.25 + 0.9273 / (2 * 3.14159265), abs=0.006)
 
 
-def test_the_weather_model_reports_each_crossing_of_a_wind_limit_and_the_length_of_each_calm():
+def test_the_weather_model_reports_when_the_wind_crosses_a_limit_and_how_long_each_calm_lasts():
     draw, limits = random.Random(3), (3.0, 5.0, 8.0)
     speeds = tuple(draw.uniform(0, 10) for _ in range(24 * 20))
     model = Weather("weather", HourlySeries(START, speeds), limits, 0)
@@ -183,7 +183,7 @@ def test_a_lift_without_weather_limits_begins_when_its_crane_is_free(tmp_path):
         ("yard.yaml", "lift: lift, set", "set", r"yard.yaml:8:\d+: error: .*for steps with a 'lift'"),
     ],
 )
-def test_invalid_lifts_and_weather_are_reported_with_their_place(tmp_path, file, old, new, message):
+def test_invalid_lifts_and_weather_data_of_a_yard_are_reported_with_their_line(tmp_path, file, old, new, message):
     path = written(tmp_path, [5] * 48)
     text = (tmp_path / file).read_text()
     assert old in text
@@ -211,7 +211,7 @@ def test_a_block_that_cannot_be_lifted_is_listed_as_a_finding_of_the_yard(tmp_pa
     assert re.match(r"blocks\.csv:3:\d+: \S", str(why.value)), "its file, row and column, and why"
 
 
-def test_lifts_beyond_the_lift_table_are_computed_by_statics():
+def test_lifts_outside_the_table_of_simulated_lifts_are_computed_by_statics():
     """The bundled yard: its table reaches all blocks but those that two goliaths carry."""
     found = load("vlcc", lifter=three_hours).activities
     ways = [(one.order.way, Path(one.order.scene).name) for one in found if one.order]

@@ -62,7 +62,7 @@ def by_hand(yard, rule):
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_the_published_network_of_patterson_has_its_known_duration(rule):
+def test_the_published_project_network_of_patterson_is_scheduled_with_its_known_duration(rule):
     yard = load(HERE / "pat1.yaml")
     assert max(dates(yard).early_finish) == 18 * DAY
     assert max(end for _, end in serial(yard, rule)) == SERIAL[RULES[rule]] * DAY
@@ -145,7 +145,7 @@ def random_yard(folder, seed):
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("rule", RULES)
-def test_the_dispatcher_is_the_parallel_schedule_generation_scheme(tmp_path, seed, rule):
+def test_the_yard_dispatcher_follows_the_parallel_schedule_generation_scheme(tmp_path, seed, rule):
     yard = random_yard(tmp_path, seed)
     schedule = ran(yard, rule)
     assert [*zip(schedule.starts, schedule.ends, strict=True)] == [(a / 1e9, b / 1e9) for a, b in by_hand(yard, rule)]

@@ -64,12 +64,12 @@ def test_the_end_of_work_by_a_calendar_equals_that_found_by_stepping_hour_by_hou
         assert calendar.back(end, work * HOUR) == start * HOUR
 
 
-def test_without_a_calendar_all_time_is_working_time():
+def test_a_yard_without_a_calendar_works_at_all_times():
     calendar = Calendar()
     assert (calendar.open(5), calendar.add(5, 3), calendar.back(8, 3)) == (5, 8, 5)
 
 
-def test_public_holidays_are_those_of_the_country():
+def test_public_holidays_in_a_yard_calendar_are_those_of_its_country():
     pytest.importorskip("holidays")
     assert date(2027, 3, 1) in public_holidays("KR", START)
     with pytest.raises(ValueError, match="no holidays of 'Atlantis' are known"):
@@ -137,7 +137,7 @@ def test_corrupted_yard_files_end_with_a_one_sentence_error(folder, seed):
         (folder / name).write_text(text)
 
 
-def test_blocks_that_never_free_their_place_are_reported_by_name(folder):
+def test_a_yard_whose_erection_places_never_become_free_is_reported_with_the_blocking_place(folder):
     changed(folder, "yard.yaml", "erection: [erect, fit-up]", "erection: [fit-up, weld]")
     changed(folder, "yard.yaml", "goliath: fit-up", "goliath: weld")
     changed(folder, "blocks.csv", "K1,,,", "K1,K2,,")
@@ -183,7 +183,7 @@ def test_a_contract_date_is_green_or_red_only_if_the_exact_confidence_interval_e
         assert contract_states(found, {"dispatcher.delivery": ends}) == {"delivery": wanted}, f"{kept} of {runs}"
 
 
-def test_random_durations_do_not_depend_on_resources(folder):
+def test_random_durations_of_yard_steps_do_not_depend_on_the_number_of_resources(folder):
     """Common random numbers: a block takes as long whatever the plan is."""
     one, two = (
         yard(str(folder / "yard.yaml"), [f"resources.welders={n}"], seed=5).children["step-weld"] for n in (8, 24)

@@ -40,7 +40,7 @@ def along_edges(
     """Return the edges that a rope between two ends may touch, sorted by name.
 
     `at` returns the poses of bodies at the start, which edges on other bodies need. The rope passes an edge on the side
-    away from the point `inside`; errors are added to the source.
+    away from the point `inside`; errors are added to the scene.
     """
     found = []
     for i, name in enumerate(names):
@@ -133,7 +133,7 @@ def height_of(
 
 
 class Sling(NamedTuple):
-    """One rope of a sling: number of the sling, lower attachment, and whether the rope is hooked at the start.
+    """One rope of a rigging entry: number of its sling, lower attachment point, and whether it starts hooked.
 
     A sling that is hooked to another lug later has one more rope for that lug, such as `legs.sling-1.B-N1`."""
 
@@ -159,7 +159,7 @@ def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
 
 
 def key_of(lug: str, at: k.Point) -> str:
-    """Return the name of a lug in the plan: `N1` if there is one block, `B.N1` if there are several."""
+    """Return the name of a lug in the plan: `N1` if the scene has one block, `B.N1` if it has several."""
     return lug if at.body == "block" or "." in lug else f"{at.body}.{lug}"
 
 

@@ -53,7 +53,7 @@ class _Rows:
         self.base: Path = ("machines", machine.name) if machine.name in builder.scene.machines else ("mechanism",)
 
     def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
-        """Return the limit that a key of a machine gives.
+        """Return the limit whose value a key of the machine gives.
 
         The source of the limit is the scene if a parameter in the scene sets the key, else the type; `place`: line of
         the part in the type."""
@@ -69,7 +69,7 @@ class _Rows:
         return {"note": f"give '{offered}'" if offered else message, "source": ""}
 
     def part(self, body: str) -> str:
-        """Return the name of a body that carries hooks, as in reports: the machine, or a part of the machine."""
+        """Return the name by which reports call a body with hooks: that of the machine, or machine and part."""
         name = self.machine.name
         return name if is_root(self.machine, body) else f"{name} {body.rpartition('.')[2]}"
 
@@ -82,7 +82,7 @@ class _Hook:
         self.given: HookKeys = rows.keys.hooks[hook.rope]
 
     def row(self, quantity: Quantity, unit: str, key: str, **more: object) -> RatedLimit:
-        """Return the limit given by a key of the hook."""
+        """Return the limit whose value a key of the hook gives."""
         of = {"subject": self.name, "quantity": quantity, "unit": unit, "elements": (self.name,), **more}
         return self.rows.row(("hooks", self.name, written(key)), self.hook.where, **of)
 
@@ -146,7 +146,7 @@ class _Hook:
 
 
 def reeving(given: HookKeys) -> tuple[int, float, str]:
-    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about both.
+    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about these numbers.
 
     The sentence marks assumed values."""
     ends = drum_ends(given.falls, given.drum_ends)

@@ -28,7 +28,7 @@ NOWHERE = k.Point("")
 
 
 class RiggingTree:
-    """The rigging of a scene, with methods that check it; errors are added to the source.
+    """The rigging of a scene, with methods that check it; errors are added to the scene.
 
     `taken`: hooks from which frames of `rig` hang."""
 
@@ -182,7 +182,8 @@ class RiggingTree:
                     yield name, i, point, word
 
     def ropes(self, name: str) -> dict[str, tuple[int, k.Point, bool]]:
-        """Return the ropes of a rigging entry: number of the sling, lower attachment, hooked at the start or not.
+        """Return the ropes of a rigging entry by name: number of the sling, lower attachment point, and whether the
+        rope is hooked at the start.
 
         Ropes to unknown lugs are omitted."""
         ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
@@ -283,7 +284,7 @@ class RiggingTree:
         )
 
     def made(self, name: str, around: k.System) -> mechanics.MechanismKeys:
-        """Return a rigging entry converted to the keys of a machine; `around`: the mechanical system around it."""
+        """Return a rigging entry converted to the keys of a machine that joins the mechanical system `around`."""
         given, make = self.rigging[name], mechanics.MechanismKeys.model_construct
         if isinstance(given, Frame):
             p, R = self.at[name]

@@ -236,7 +236,7 @@ def _coordinates(system: System) -> dict[str, tuple[str, str, bool]]:
 
 
 def unit_of(test: phrases.Test) -> str | None:
-    """Return the SI unit of the compared quantity; None if the unit is unknown."""
+    """Return the SI unit of the quantity that a condition compares with a value; None if the unit is unknown."""
     if not isinstance(test, phrases.CrossTest) or test.quantity in UNJUDGED:
         return None
     return "" if test.share else UNITS.get(QUANTITIES[test.quantity].dimension.name)

@@ -23,7 +23,7 @@ EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as i
 
 
 class Subjects:
-    """All objects that have signals in a scene, by name, with the model that watches each of them."""
+    """All objects of a scene that have signals, by name, each with the model that watches it."""
 
     def __init__(self, builder: SceneBuilder) -> None:
         self.yard, self.gravity, machines = builder, builder.scene.gravity, builder.machines

@@ -75,7 +75,7 @@ class BeamKeys(Stiffness):
 
 
 class GirderKeys(Base):
-    """A girder: the part of a body that bends, at some model levels, as a beam along the body's y axis.
+    """A girder: the part of a body that bends, at the more detailed model levels, along the body's y axis.
 
     The legs are at y = 0 and `span`."""
 
@@ -88,7 +88,7 @@ class GirderKeys(Base):
 
 
 class Elastic(Base):
-    """A body that bends, at some model levels, as a uniform beam along the x axis of its frame.
+    """A body that bends, at the more detailed model levels, as a uniform beam along the x axis of its frame.
 
     It has equal stiffness about y and z. By default, `length` is the length of the body's box and `mass` the mass of
     the body."""
@@ -102,14 +102,14 @@ class Elastic(Base):
 
 
 class ServoKeys(Base):
-    """A prescribed drive that is a compliant servo at some model levels."""
+    """A prescribed drive that is a compliant servo at the more detailed model levels."""
 
     stiffness: u.AnyStiffness
     damping: u.AnyDamping = 0.0
 
 
 class RopeMass(Base):
-    """A rope that has mass at some model levels."""
+    """A rope that has mass at the more detailed model levels."""
 
     mass_per_length: u.MassPerLength
 

@@ -36,7 +36,7 @@ def poses(system: System) -> Poses:
 
 
 def length(rope: Rope | RigidRope, at: Poses) -> float:
-    """Return the geometric length of a rope [m]: the weighted sum over its lines."""
+    """Return the geometric length of a rope [m]: the weighted sum of the lengths of its straight parts."""
     return sum(line.share * norm((place(line.a, at) - place(line.b, at)).tolist()) for line in rope.lines)
 
 

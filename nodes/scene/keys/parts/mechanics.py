@@ -105,7 +105,7 @@ class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
 
     @property
     def plain(self) -> bool:
-        """Whether the rope runs here over a mere point, without radius and friction."""
+        """Whether this is a point without radius and friction, and not a sheave."""
         return not (self.radius or self.friction) and self.efficiency == 1.0
 
 
@@ -255,7 +255,7 @@ class Drawn(Base):
 
 
 class LoadCellKeys(Base):
-    """A load cell for all hooks that a body carries; `capacity`: allowed total load below their hook blocks."""
+    """A load cell for all hooks on a body; `capacity`: largest total load below the hook blocks."""
 
     capacity: u.Mass
     tandem: u.Ratio = 1.0  # of it, where machines lift together

@@ -200,7 +200,7 @@ def test_machine_code_and_interpreted_python_agree_on_ropes_leaving_sheaves():
 
 
 @pytest.mark.parametrize("push", [1e4, 3e5])
-def test_statics_finds_a_rope_on_or_off_its_sheave(push):
+def test_statics_finds_equilibria_with_a_rope_on_its_sheave_and_off_its_sheave(push):
     """A load pushes the end of the rope up its slide until rope and load are in balance."""
     r, x, b, L0 = 0.5, -4.0, (4.0, -1.0), 8.3
     made = rope((Sheave(WORLD, Y, r),), b, L0)
@@ -230,7 +230,7 @@ def test_a_rope_that_would_wrap_the_other_side_of_its_sheave_ends_the_run():
 
 
 @pytest.mark.parametrize("speed", [0.7, -2.0])
-def test_a_sheave_turning_under_a_slipping_rope_winds_up_no_rope(speed):
+def test_a_sheave_that_turns_without_friction_under_its_rope_winds_up_no_rope(speed):
     """The body of the sheave turns about its axle by turns; without friction that is nothing to the rope."""
     r, a, b = 0.5, (-4.0, 0.0), (4.0, -1.0)
     made = rope((Sheave(Point("drum"), Y, r),), b, 8.0)

@@ -43,7 +43,7 @@ def frequencies(system: System) -> list[float]:
     return sorted(2.0 * pi * m.frequency for m in modes(s).oscillations)
 
 
-def test_one_third_of_the_rope_mass_moves_with_the_load_in_axial_motion():
+def test_one_third_of_the_rope_mass_moves_with_the_load_in_axial_vibration():
     """Rayleigh's quotient; the exact frequency is that of u tan u = m_rope / m, u = w sqrt(m_rope / k)."""
     axial = frequencies(hung(ELASTIC))[1]
     assert axial == pytest.approx(sqrt(K / (M + OWN / 3.0)), rel=SMALL)
@@ -66,7 +66,7 @@ def test_the_reported_tension_of_a_heavy_rope_is_that_at_the_hook(rope):
 
 
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
-def test_the_energy_balance_includes_the_mass_of_a_rope(rope):
+def test_the_energy_balance_of_a_lift_includes_the_mass_of_its_ropes(rope):
     far = 0.2 * L
     s = started(hung(rope, x=far, z=-sqrt(L**2 - far**2)), tolerance=1e-10, sample_ns=50_000_000)
     hand_over(s, 10_000_000_000)
@@ -143,12 +143,12 @@ def test_a_driven_trolley_swings_a_load_as_the_kinetic_energy_of_an_even_rope_de
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
 @pytest.mark.parametrize("kind", ["prescribed", "servo"])
 @pytest.mark.parametrize(("seed", "speed", "accel", "by"), RAMPS)
-def test_the_work_of_a_drive_includes_what_it_does_on_a_load_by_the_mass_of_a_rope(rope, kind, seed, speed, accel, by):
+def test_the_work_of_a_drive_includes_the_work_done_on_the_mass_of_a_rope(rope, kind, seed, speed, accel, by):
     system, _ = below_a_trolley(rope, np.random.default_rng(seed), kind)
     assert imbalance(travelled(system, speed, accel, by)) < CLOSES
 
 
-def test_a_rope_that_is_not_hooked_drives_nothing():
+def test_a_rope_that_is_not_hooked_moves_no_body():
     system, _ = below_a_trolley(replace(ELASTIC, hooked=False), np.random.default_rng(1), "prescribed")
     assert np.allclose(travelled(system, 0.5, 0.2, 2.0).row().q[1:3], 0.0)
 
@@ -161,7 +161,7 @@ def test_a_rope_without_mass_needs_fewer_operations_than_a_rope_with_mass():
 
 
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
-def test_ropes_with_and_without_mass_have_separate_code(rope):
+def test_ropes_with_mass_and_ropes_without_mass_have_separate_compiled_code(rope):
     with_mass, without = (Simulation(hung(r), native=False).native.structure for r in (rope, replace(rope, mass=0.0)))
     assert with_mass != without
 

@@ -223,7 +223,7 @@ def test_the_length_of_a_rope_over_two_sheaves_is_that_of_an_open_or_crossed_bel
     assert sum(s.row().shown[3:6]) == pytest.approx(2 * down + straight + arcs, rel=1e-12)
 
 
-def test_a_drum_turns_with_the_rope_that_sticks_to_it():
+def test_a_drum_is_turned_by_the_rope_that_sticks_to_it():
     """A free drum with a load on one side and a spring-held end on the other: stuck rope turns it, as a gear would."""
     R, m, I, mu = 0.5, 50.0, 40.0, 1.0
     bodies = (Body("drum", 1.0, inertia=((I, 0, 0), (0, I, 0), (0, 0, I))), Body("load", m))

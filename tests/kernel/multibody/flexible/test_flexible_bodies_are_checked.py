@@ -75,7 +75,7 @@ def test_points_outside_a_flexible_body_are_refused():
         Program(system(Flexible(1, nodal=held)))
 
 
-def test_only_the_recursive_formulation_supports_flexible_bodies():
+def test_of_the_formulations_of_the_equations_of_motion_only_the_recursive_one_supports_flexible_bodies():
     with pytest.raises(
         KernelError, match="body 'beam' is flexible, but formulation 'augmented' supports only rigid bodies"
     ):
@@ -83,7 +83,7 @@ def test_only_the_recursive_formulation_supports_flexible_bodies():
 
 
 @pytest.mark.parametrize("EA", [1e6, 0.0])
-def test_the_end_of_a_rope_hooked_on_a_beam_stays_at_its_place_along_the_beam(EA):
+def test_a_rope_hooked_to_a_beam_stays_attached_at_the_same_place_along_the_beam(EA):
     """The new end is given in the body's frame: 2 m above the axis at x = 5 m, 1 m from the rope's other end."""
     line = Line(Point("beam", (5.0, 0.0, 0.5)), Point("world", (5.0, 0.0, 3.0)))
     rope = Rope("rope", (line,), EA, 4.0, hooked=False) if EA else RigidRope("rope", (line,), 4.0, hooked=False)
