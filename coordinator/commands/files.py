@@ -44,7 +44,6 @@ def plot(
 
     A second recording is drawn over the first: heavylift plot lift.mcap slower.mcap 'rope/tension/*'
     """
-    from heavylift.coordinator.record.scene import at_rest
     from heavylift.recordings import Recording, curves, overlay, plot as tensions, storyboard
     from heavylift.recordings.write.outputs import beside
 
@@ -59,6 +58,8 @@ def plot(
     elif signals or out.suffix.lower() == ".html":
         out = curves(file, signals or [], out, force)
     else:
+        from heavylift.coordinator.record.scene import at_rest  # with all that runs
+
         rec = Recording(file)
         out = tensions(rec, out, force=force, rest=at_rest(rec))
     typer.echo(f"wrote {out}")

@@ -47,7 +47,7 @@ def with_rope_masses(system: System) -> System:
 
 @dataclass(frozen=True)
 class LedEnd:
-    """A rope end that is pushed since drives move the other end of the rope along straight lines.
+    """A rope end on which rope mass exerts an inertia force when drives move the other end along straight lines.
 
     `line`, `end`: of the rope, numbered from 0; `mass`: the force on the end per acceleration [kg].
     """
@@ -72,7 +72,7 @@ def straight_drives(system: System, graph: Graph) -> dict[str, tuple[str, list[f
 
 
 def led_ends(system: System, graph: Graph) -> Iterator[LedEnd]:
-    """Yield the ends of ropes with mass whose other ends drives move along straight lines."""
+    """Yield the ends of ropes with mass on which inertia forces act because drives move the other ends of the ropes."""
     moving = {body: name for name, (body, _) in straight_drives(system, graph).items()}
     for rope in system.straight_ropes:
         for n, line in enumerate(rope.lines if rope.mass else ()):
@@ -83,7 +83,7 @@ def led_ends(system: System, graph: Graph) -> Iterator[LedEnd]:
 
 
 def not_weighed(weight: Scalar) -> Scalar:
-    """Return the part of a rope's weight [N] that must be applied as a force at each end, besides the added masses."""
+    """Return the part of a rope's weight [N] to apply at each end; rope mass added to the end bodies is the rest."""
     # of half the weight, a third of the mass has been added to the end body, which gravity pulls already
     return (WEIGHS - MOVES) * weight
 
@@ -124,7 +124,7 @@ ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3)
 
 
 class RopeAt:
-    """Indices into the parameters of a rope; a, b: end points of its first line; the weight is the last number."""
+    """Indices into the parameters of an elastic rope, which end with its weight; A, B: end points of its first line."""
 
     EA, DAMPING, HOOKED, TAUT = range(4)
     A, B = slice(4, 7), slice(7, 10)

@@ -135,7 +135,7 @@ def read_signals(x: Evaluation) -> None:
 
 
 def weigh_rigid_ropes(x: Evaluation) -> None:
-    """Apply the weight of rigid ropes to their end bodies, less that of the masses added to these bodies."""
+    """Apply the weight of rigid ropes at their ends, less the weight of rope mass added to the end bodies."""
     for r in x.program.system.rigid_ropes:
         height: Scalar = 0.0
         if r.mass:

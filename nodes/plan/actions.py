@@ -4,7 +4,7 @@ They are part of the plan (see `plan`): frozen msgspec data with resolved names,
 order.
 """
 
-from typing import Any, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
 import msgspec
 from heavylift.kernel.algebra.elementary import cos, sin
@@ -17,6 +17,7 @@ class Item(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Base class of everything that is written in a scene; `where` is the place in the scene, as file:line:column."""
 
     where: str = ""
+    __fixed__: ClassVar[bool] = True  # models never change it: states with a plan are compared without its content
 
 
 LANDS = 1e-3  # [m] between a block and what it has landed on
@@ -168,7 +169,7 @@ class Move(Motion, frozen=True, kw_only=True, tag="move"):
 
     def __post_init__(self) -> None:
         if self.verb not in MOTIONS:
-            raise ValueError(f"no drive or winch can {self.verb}")
+            raise ValueError(f"'{self.verb}' is not a motion of a drive or winch; use {', '.join(MOTIONS)}")
 
 
 class Turn(Item, frozen=True, kw_only=True, tag="turn"):

@@ -9,6 +9,8 @@ import struct
 import zlib
 from collections.abc import Callable, Iterator
 from io import BytesIO
+from itertools import groupby
+from operator import itemgetter
 from typing import BinaryIO, NamedTuple
 
 import numpy as np
@@ -17,6 +19,7 @@ from heavylift.recordings.format.mcapfile import BROKEN
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Header, Message, Metadata, Schema
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 LIMIT = 64 << 20  # largest record, packed or unpacked [bytes]
@@ -107,39 +110,19 @@ def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
 
 def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
     """Yield these channels' messages in an uncompressed chunk as tables: messages of equal length, one per row."""
-    flat, place = np.frombuffer(data, np.uint8), 0
-    while place < len(data):
-        heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content
-        known: set[int] = set()
-        for opcode, begin, end in records(data, place):
-            if opcode != Opcode.MESSAGE or end - begin < MESSAGE.size:
-                if opcode == Opcode.MESSAGE:
-                    raise ValueError("a message is shorter than its header")
-                channel = -1
-            else:
-                channel = data[begin] | data[begin + 1] << 8
-            if channel in known:
-                break
-            heads.append((channel, begin - place, end - place))
-            known.add(channel)
-        step = heads[-1][2]
-        rows = flat[place : place + (len(data) - place) // step * step].reshape(-1, step)
-        same = np.ones(len(rows), bool)
-        for _, begin, _ in heads:
-            for at, kind in (
-                (begin - RECORD.size, "u1"),
-                (begin - 8, "<u8"),
-                (begin, "<u2"),
-            ):  # opcode, length, channel
-                column = np.ndarray(len(rows), kind, data, place + at, step)
-                same &= column == column[0]
-        count = len(rows) if same.all() else int(np.argmin(same))
-        for channel, begin, end in heads:
-            if channel in channels:
-                stamp = rows[:count, begin + MESSAGE.size - 8 : begin + MESSAGE.size]
-                times = np.ascontiguousarray(stamp).view("<u8").ravel().astype(np.int64)
-                yield MessageTable(channel, times, rows[:count, begin + MESSAGE.size : end])
-        place += count * step
+    begins: dict[int, list[tuple[int, int]]] = {channel: [] for channel in channels}  # length and begin of each message
+    for opcode, begin, end in records(data):
+        if opcode == Opcode.MESSAGE:
+            if end - begin < MESSAGE.size:
+                raise ValueError("a message is shorter than its header")
+            if (found := begins.get(data[begin] | data[begin + 1] << 8)) is not None:
+                found.append((end - begin, begin))
+    flat = np.frombuffer(data, np.uint8)
+    for channel, found in begins.items():
+        for length, group in groupby(found, itemgetter(0)):
+            rows = sliding_window_view(flat, length)[[begin for _, begin in group]]
+            stamps = np.ascontiguousarray(rows[:, MESSAGE.size - 8 : MESSAGE.size]).view("<u8").ravel()
+            yield MessageTable(channel, stamps.astype(np.int64), rows[:, MESSAGE.size :])
 
 
 def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False) -> Iterator[object]:

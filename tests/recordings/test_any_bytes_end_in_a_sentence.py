@@ -52,7 +52,7 @@ def test_a_recording_of_a_later_version_is_reported(
     for number, early in enumerate(("0", "9" * 5000, "\u00b2", "")):
         with Recorder(tmp_path / f"{number}.mcap", {"format": early}) as rec:
             rec.log(0, "info", "x", "x")
-        with pytest.raises(RecordingError, match=rf"has format {early[:20]}, this is .*; run the scene again"):
+        with pytest.raises(RecordingError, match=rf"has format {early[:20]}, but this is .*; run the scene again"):
             Recording(tmp_path / f"{number}.mcap")
 
 
@@ -179,7 +179,7 @@ def test_a_recorded_number_too_large_to_draw_is_reported_as_damaged_content(
         rec.samples(msgspec.msgpack.encode([0, TIMES, rows.tobytes()]))
     whole = tmp_path / "run.mcap"
     # in newtons or kilonewtons
-    too_large = r"run\.mcap: has contents that no run writes \(1e\+(200|197) is too large to be drawn\)"
+    too_large = r"run\.mcap: has contents that no run writes \(the number 1e\+(200|197) is too large to be drawn\)"
     with pytest.raises(RecordingError, match=too_large):
         content(Recording(whole))
     with pytest.raises(RecordingError, match=too_large):

@@ -174,7 +174,7 @@ def _named(now: dict[str, object], known: list[object], found: list[object]) -> 
 def _is_still(x: object) -> bool:
     kind = type(x)
     if kind not in _still:
-        _still[kind] = issubclass(kind, _FIXED)
+        _still[kind] = issubclass(kind, _FIXED) or getattr(kind, "__fixed__", False)
     return _still[kind]
 
 
@@ -194,10 +194,11 @@ def image(x: object) -> bytes:
 
 
 class _Pickler(pickle.Pickler):
-    """Pickles a state without its models and ports."""
+    """Pickles a state without its models, ports and fixed data."""
 
     def reducer_override(self, x: object) -> Any:
-        return (int, (id(x),)) if isinstance(x, Model | Port) else NotImplemented
+        fixed = isinstance(x, Model | Port) or getattr(type(x), "__fixed__", False)
+        return (int, (id(x),)) if fixed else NotImplemented
 
 
 Staged = list[tuple[InPort[Message], Message]]  # messages on their way in

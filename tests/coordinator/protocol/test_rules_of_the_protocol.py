@@ -85,7 +85,7 @@ def test_events_are_released_in_total_order_as_soon_as_no_earlier_event_is_possi
 
 
 @pytest.mark.parametrize("order", range(5))
-def test_a_run_ends_at_a_finish_event_at_its_time_bound_or_when_all_nodes_are_passive(order: int) -> None:
+def test_a_run_ends_at_its_time_bound_or_at_its_ending_message_or_when_all_nodes_are_passive(order: int) -> None:
     message: list[Event] = []
     nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
     core = Coordinator(["a", "b"], PAIR, Tag(9), on_event=message.append)
@@ -157,7 +157,7 @@ def test_the_first_message_of_a_run_is_welcome_and_the_last_is_stop() -> None:
     quiet.hello()
     assert quiet.handle(StopRun(Tag(9))) == Bye()
     for message in (Bye(), hello(3), Fail(Tag(0), "a", "", "")):
-        with pytest.raises(ProtocolError, match=rf"^a does not accept {type(message).__name__.upper()}$"):
+        with pytest.raises(ProtocolError, match=rf"^a does not accept the message {type(message).__name__.upper()}$"):
             node.handle(message)
 
 

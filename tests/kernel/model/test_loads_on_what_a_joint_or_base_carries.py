@@ -118,12 +118,12 @@ def test_guards_on_joint_loads_leave_separate_arms_in_separate_islands() -> None
     ("signal", "message"),
     [
         (ScalarSignal("joint moment"), "a joint moment needs a joint"),
-        (ScalarSignal("starting moment", of="j1"), "a starting moment needs 1 numbers, not 0"),
+        (ScalarSignal("starting moment", of="j1"), "a starting moment needs 1 values in `numbers`, not 0"),
         (ScalarSignal("tipping", numbers=(*BASE, 0.0)), "a tipping needs a point"),
         (ScalarSignal("joint moment", of="j9"), "there is no joint 'j9'"),
     ],
 )
-def test_a_load_signal_without_its_joint_or_base_is_reported(signal: ScalarSignal, message: str) -> None:
+def test_a_load_signal_that_names_no_existing_joint_or_base_is_reported(signal: ScalarSignal, message: str) -> None:
     system, _ = arm(0)
     with pytest.raises(KernelError, match=message):
         started(replace(system, thresholds=(guard_of("it", signal),)))

@@ -11,6 +11,7 @@ from devs_stories import Item, Relay, coupled
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Atomic, Out, Simulator, Tag
 from heavylift.nodes.devs.execution import rules
+from heavylift.nodes.plan import Gear
 
 
 class Clock(Atomic):
@@ -134,6 +135,29 @@ def test_a_model_with_a_large_state_is_checked_less_often_for_changes_in_its_out
     simulator.run(10 * 251 * 100)
     assert simulator.next_time == Tag(10 * 251 * 100)
     assert 2 <= candidates <= 30, "of 25 000 outputs"
+
+
+class Planned(Clock):
+    def start(self) -> None:
+        super().start()
+        self.gear, self.known = gear(0), Inner()
+        self.known.parts = [gear(n) for n in range(1000)]
+
+
+def gear(number: int) -> Gear:
+    return Gear(name=f"shackle {number}", kind="shackle", number=number)
+
+
+@pytest.mark.parametrize(
+    ("key", "spoil"),
+    [("gear", lambda self: put("gear", gear(1))(self)), ("known", lambda self: self.known.parts.insert(9, gear(1)))],
+)
+def test_an_output_function_that_replaces_a_part_of_a_plan_is_reported_without_reading_plans(
+    key: str, spoil: Callable[[Any], object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert f"it changed {key}" in ran(45, Planned("a", spoil))
+    monkeypatch.setattr(Gear, "__reduce__", lambda self: pytest.fail("a plan was read"))
+    assert ran(15, Planned("a")) == "came to 20"
 
 
 class Bare(Atomic):

@@ -45,7 +45,7 @@ CONDITIONS = {
 WRONG = {
     "hoist 3 m/min bye 2 m": (14, "after the speed 'by' or 'to' or 'until' must follow, not 'bye'"),
     "hoist": (5, "the phrase ends where a speed is expected"),
-    "hoist 3 m/min by 2 m now": (21, "the phrase should end before 'now'"),
+    "hoist 3 m/min by 2 m now": (21, "the phrase is complete before 'now'; remove the rest"),
     "hoist 3 m/min until taut": (20, "'taut' needs to know of what"),
     "turn 0.15 deg/s by 90 deg": (16, "after the rate 'to' must follow, not 'by'"),
     "hook C1": (5, "after 'hook' '[' must follow, not 'C1'"),
@@ -82,7 +82,7 @@ def test_an_invalid_phrase_of_an_order_or_condition_is_refused(text: str) -> Non
     assert (refusal.value.column, str(refusal.value)) == WRONG[text]
 
 
-def test_an_order_phrase_of_more_than_10_000_characters_is_refused() -> None:
+def test_an_order_text_of_more_than_10_000_characters_is_refused() -> None:
     for text in ("lower " + "9" * 1_500_000, "lower 1 m" + " " * 1_500_000, "when " + "x" * 1_500_000):
         for read in (read_order, read_condition):
             with pytest.raises(PhraseError, match=f"a phrase has at most 10000 characters, this one has {len(text)}"):

@@ -10,9 +10,11 @@ import pytest
 from heavylift.coordinator.ladder import Ladder, ModelLevel, at_level
 from heavylift.coordinator.record import play
 from heavylift.coordinator.run import run
+from heavylift.kernel import KernelError, SceneError
 from heavylift.kernel.description import Load
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
+from heavylift.nodes.models.levels.motion_given import STEP
 from heavylift.nodes.plan import Fidelity, Plan
 from heavylift.nodes.scene import LoadedScene, load, parse
 from test_hulls_in_waves import answer, hull, scene
@@ -43,7 +45,9 @@ def test_a_vessel_with_prescribed_motion_moves_in_waves_from_any_side_by_its_res
 
 
 @pytest.mark.parametrize(("period", "to"), [(6.0, 150.0), (10.0, 90.0)])
-def test_a_vessel_of_given_motion_is_where_the_free_vessel_is_at_each_instant(period: float, to: float) -> None:
+def test_a_vessel_with_prescribed_response_to_waves_is_always_where_the_freely_floating_vessel_is(
+    period: float, to: float
+) -> None:
     """A quarter of an hour after the start, in amplitude and phase."""
     w, poses = 2.0 * np.pi / period, []
     times = 900.0 + period * np.arange(16) / 16.0
@@ -70,7 +74,7 @@ def placed(s: Simulation, t: float) -> np.ndarray:
     return np.array([*pose[:3], R[2, 1], -R[2, 0], R[1, 0]])
 
 
-def test_given_motion_in_an_irregular_sea_is_the_sum_of_the_responses_to_its_waves() -> None:
+def test_the_prescribed_motion_in_an_irregular_sea_is_the_sum_of_the_responses_to_its_waves() -> None:
     """Each harmonic of a short-crested sea by the frequency domain, at random instants."""
     loaded = parse(scene("seas: {a: {Hs: 1 m, Tp: 7 s, components: 30, spreading: 2}}", "200 deg", "35 deg", seed=4))
     drives = {d.name: d.waves for d in system(at_level(loaded.plan, GIVEN)).drives}
@@ -92,7 +96,7 @@ def light() -> LoadedScene:
     return load("moored", changes)
 
 
-def test_with_a_light_load_a_crane_on_a_vessel_of_given_motion_moves_as_on_the_free_vessel() -> None:
+def test_a_crane_with_a_light_load_moves_equally_on_a_freely_floating_vessel_and_with_prescribed_motion() -> None:
     """Heave of barge and hook agree, in phase, when the start has decayed."""
     runs = [play(at_level(light().plan, level)).past.part(0, 800) for level in (Fidelity(), GIVEN)]
     for body in ("barge", "crane.main"):
@@ -100,7 +104,7 @@ def test_with_a_light_load_a_crane_on_a_vessel_of_given_motion_moves_as_on_the_f
         assert np.std(free - given) < LINEAR * np.std(free)
 
 
-def test_given_motion_with_crane_and_mooring_lines_is_that_of_the_linear_model_of_the_whole_lift() -> None:
+def test_the_prescribed_motion_of_a_moored_crane_vessel_is_that_of_the_linear_model_of_the_whole_lift() -> None:
     """The kernel's own linearisation, of all bodies, catenaries and states of the water, from loads to poses."""
     loaded = light()
     poses = [f"pose/barge/{axis}" for axis in ("x", "y", "z", "qx", "qy", "qz")]
@@ -136,7 +140,7 @@ LIFTS = [("floating", [AFLOAT], (0.02, 0.05)), ("moored", [], (1e-3, 1e-3))]
 
 
 @pytest.mark.parametrize(("name", "changes", "limits"), LIFTS)
-def test_errors_of_the_water_levels_in_the_largest_hook_load_are_small_and_grow_with_the_load(
+def test_simplified_water_models_change_the_largest_hook_load_little_and_more_for_heavier_loads(
     name: str, changes: list[str], limits: tuple[float, float]
 ) -> None:
     """180 t of 14 432 t in waves of 1.5 m, and 120 t in an irregular sea of 0.5 m, against memory."""
@@ -151,3 +155,45 @@ def test_a_lift_runs_in_a_scene_that_gives_the_motion_of_its_vessel(tmp_path: Pa
     result = run(given, tmp_path / "moored.mcap", in_process=True)
     assert result.verdict.state != "red"
     assert result.energy_error < 0.01
+
+
+def test_a_vessel_of_given_motion_takes_no_heavy_load() -> None:
+    """10 % of its displacement: on the free vessel the lift is allowed."""
+    heavy = ["block.mass=1400 t", "vessels.barge.mass=12496 t"]
+    load("moored", heavy)
+    with pytest.raises(
+        SceneError, match=r"fidelity.water: a load of 14\d\d(\.\d+)? t is more than 2% of its displacement"
+    ):
+        load("moored", [*heavy, "fidelity={water: motion given}"])
+
+
+ROWS = "[[0 deg, 1, 0, 0], [90 deg, 0, 1, 0], [180 deg, -1, 0, 0]]"
+STREAM = f"{{area: 400 m2, length: 110 m, height: 2 m, coefficients: {ROWS}}}"
+FENDER = (
+    "fenders={quay: {at: [0, -16 m, 0], meets: [0, -16 m, 0], stiffness: 4 MN/m, vessel: barge, facing: [0, 1, 0]}}"
+)
+
+
+def test_what_does_not_move_a_vessel_of_given_motion_is_listed_as_not_checked() -> None:
+    acting = [f"vessels.barge.floating.{of}={STREAM}" for of in ("current", "wind")]
+    ends = "start: {body: world, at: [0, 40 m, 0]}, end: {body: barge, at: [0, 16 m, 0]}"
+    acting.append("mechanism.forces.tug={type: load, body: barge, force: [0 kN, 100 kN, 0 kN]}")
+    acting.append(
+        f"mechanism.forces.dolphin={{type: spring, {ends}, rest: 24 m, stiffness: 1 MN/m, damping: 1 MN s/m}}"
+    )
+    acting.append(f"mechanism.forces.hawser={{type: spring, {ends}, rest: 24 m, stiffness: 1 MN/m}}")
+    acting += ["current={speed: 1 m/s, heading: 90 deg}", "wind={speed: 8 m/s, direction: [0, 1, 0]}", FENDER]
+    for level, want in (("memory", set[str]()), ("motion given", {"current", "wind", "fenders", "tug", "dolphin"})):
+        rows = load("moored", [*acting, f"fidelity={{water: {level}}}"]).plan.limits
+        found = [x for x in rows if x.note == "does not move it: its motion is given"]
+        assert {x.subject for x in found} == {f"{of} on barge" for of in want}
+        assert all(x.value is None for x in found)
+
+
+def test_a_line_that_hangs_vertically_is_refused_at_all_levels() -> None:
+    ends = "start: {body: world, at: [%s m, 0, -60 m]}, end: {body: barge, at: [0, 0, -4 m]}"
+    line = f"{{type: mooring line, {ends}, length: 56 m, EA: 600 MN, mass: 130 kg/m, seabed: false}}"
+    for x, level in ((0.0, "memory"), (0.0, "motion given"), (STEP, "motion given")):
+        changes = [f"mechanism.forces.tether={line % x}", f"fidelity={{water: {level}}}"]
+        with pytest.raises(KernelError, match="'tether': length fits no catenary"):
+            Simulation(system(load("moored", changes).plan), 1e-8)
