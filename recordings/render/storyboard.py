@@ -178,11 +178,12 @@ class _Drawing:
         stage = next((name for at, name in reversed(self._stages) if at <= self.times[i]), self._scene)
         return f"{stage}, {clock(self.times[i])}"
 
-    def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
-        """Return the view of an instant along the x axis: faces (4, 2) from far to near, colours, lines (n, 2, 2)."""
+    def seen(self, i: int) -> tuple[Floats, list[Any], Floats]:
+        """Return the view of an instant along x: faces (n, 4, 2) from far to near, colours, lines (n, 2, 2)."""
         faces = [(*face, colour) for far, flat, colour in self._faces for face in zip(far[i], flat[i], strict=True)]
         faces.sort(key=lambda face: -face[0])
-        return [f[1] for f in faces], [f[2] for f in faces], self._ropes[i][:, :, 1:]
+        flats = np.array([f[1] for f in faces]).reshape(-1, 4, 2)  # an array, as Matplotlib checks each one of a list
+        return flats, [f[2] for f in faces], self._ropes[i][:, :, 1:]
 
     def draw(self, ax: Axes, i: int) -> tuple[PolyCollection, LineCollection, Text]:
         """Draw one instant: faces, ropes, and title."""
@@ -203,9 +204,9 @@ class _Drawing:
         return bodies, ropes, ax.set_title(self.title(i), fontsize=9, loc="left", y=1.0)
 
 
-def _framed(faces: list[Floats], lines: Floats) -> Floats:
+def _framed(faces: Floats, lines: Floats) -> Floats:
     """Return the points (n, 2) that a picture must show; mooring lines below all bodies may run out of it."""
-    bodies, ends = np.concatenate([np.empty((0, 2)), *faces]), lines.reshape(-1, 2)
+    bodies, ends = faces.reshape(-1, 2), lines.reshape(-1, 2)
     return np.concatenate([bodies, ends[ends[:, 1] >= bodies[:, 1].min(initial=np.inf)] if len(bodies) else ends])
 
 
