@@ -82,7 +82,7 @@ class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant")
 
 
 class GrantDone(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
-    """DONE: the node has processed everything before `reached`."""
+    """Message DONE: the node has processed everything before the logical time `reached`."""
 
     gseq: Count
     reached: Tag
@@ -113,7 +113,7 @@ class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False):
 
 
 class Fail(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="fail"):
-    """FAIL: the node has failed."""
+    """Message FAIL: the node has failed."""
 
     tag: Tag
     path: str
@@ -123,7 +123,7 @@ class Fail(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="fail"):
 
 
 class StopRun(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"):
-    """STOP: the run is over."""
+    """Message STOP: the run is over."""
 
     end: Tag
     why: str = ""

@@ -137,7 +137,7 @@ class _Watch(Checked):
 
     @property
     def events(self) -> int:
-        """Number of events before the branch."""
+        """Number of recorded events before the branch point."""
         return len(self._events)
 
     def event(self, event: Event) -> None:

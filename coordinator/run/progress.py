@@ -111,10 +111,10 @@ class Certified(Protocol):
 
     @property
     def message(self) -> list[str]:
-        """The error estimates as lines of text."""
+        """The error estimates of the run's figures as lines of text."""
 
     def data(self) -> dict[str, object]:
-        """Return the error estimates as plain data for JSON."""
+        """Return the error estimates of the run's figures as plain data for JSON."""
 
 
 def summary(

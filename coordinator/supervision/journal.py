@@ -109,7 +109,7 @@ class JournalReader:
             yield entry
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the journal file."""
         self._stream.close()
 
 

@@ -243,7 +243,7 @@ LEAD = (
 
 
 def limits_table(found: Sequence[FoundLimit]) -> Table:
-    """Return a table of limits, with one row for each number."""
+    """Return a table of found limits, with one row for each varied number."""
     return Table("How far each number may go", HEADS, tuple(map(_row, found)))
 
 

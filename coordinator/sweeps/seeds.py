@@ -54,7 +54,7 @@ class SeedsVerdict:
 
     @property
     def state(self) -> str:
-        """The worst state of all checks."""
+        """The most severe state of all checks in all runs."""
         return state_of(self.checks)
 
     @property

@@ -110,7 +110,7 @@ class Study(AbstractContextManager["Study"]):
 
     @property
     def waiting(self) -> list[Variant]:
-        """Variants that have no row yet."""
+        """Variants of the study that have no row of results yet."""
         return [variant for variant in self.plan.variants if variant.number not in self.rows]
 
     def append(self, rows: Sequence[Row]) -> None:

@@ -144,7 +144,7 @@ class Summary:
 
 
 def summary(study: Study) -> Summary:
-    """Summarise all rows of a study so far."""
+    """Return a summary of all rows that the study has so far."""
     plan, rows = study.plan, [study.rows[n] for n in sorted(study.rows)]
     ended = [row for row in rows if row["status"] in ("done", "red")]
     inputs = {axis.label: _column(ended, INPUT + axis.label) for axis in plan.axes}

@@ -58,7 +58,7 @@ class Conduct:
     reason: str = ""
 
     def hear(self, t_ns: int, kind: str, value: dict[str, Any]) -> None:
-        """Add a recorded event, given by time [ns], type and fields of its message."""
+        """Update the record of the run's course with a recorded event: time [ns], type and fields of its message."""
         t = t_ns * 1e-9
         match kind:
             case Stage.__name__:
@@ -86,7 +86,7 @@ class Conduct:
         return next((name for start, _, name in reversed(self.stages) if name and start <= t), "")
 
     def event(self, e: Event) -> None:
-        """Add an event of a run in progress."""
+        """Update the record of the run's course with an event of a run in progress."""
         if e.type in RECORDED:
             value = e.value
             self.hear(e.t, e.type, {name: getattr(value, name) for name in RECORDED[e.type]})

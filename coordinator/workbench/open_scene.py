@@ -87,7 +87,7 @@ class OpenScene:
     # ---- pages -------------------------------------------------------------------------------------------
 
     def listen(self, ring: Callable[[], None]) -> None:
-        """Register a function that is called whenever there are new messages."""
+        """Register a function that is called whenever there are new messages for the pages."""
         with self._lock:
             self._listeners.add(ring)
 
@@ -117,7 +117,7 @@ class OpenScene:
             ring()
 
     def drawings(self, number: int, k: int) -> list[dict[str, str]] | None:
-        """Return the drawings of state `k` of the lift; None if the picture with this number is outdated."""
+        """Return the drawings of state `k` of the lift; None if the scene has changed since this picture number."""
         with self._lock:
             found = self.picture
         if found is None or found[0] != number or not 0 <= k < len(found[1].states):

@@ -90,7 +90,8 @@ class Save(msgspec.Struct):
 
 
 class Edit(msgspec.Struct):
-    """Request to change one path: a value (YAML in one line; None: remove it), or the new number of a list item."""
+    """Request to change one path of the scene: set a value (YAML in one line), remove it (None), or move a list
+    item."""
 
     path: list[str | int]
     value: str | int | None

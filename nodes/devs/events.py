@@ -164,7 +164,7 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
 
     @property
     def value(self) -> Message:
-        """The event's message, which is immutable; decoded anew from bytes that came from another process."""
+        """The event's message, which is immutable; a message from another process is decoded anew."""
         content: object = self.content
         return content.value if isinstance(content, Passed) else decode(self.type, self.content)
 

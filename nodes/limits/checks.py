@@ -104,7 +104,7 @@ def checks_of(
 
 
 def uncoloured(plan: Plan, shapes: Shapes) -> list[Check]:
-    """Return the checks that get no colour: the scene has no part with this quantity, or the effect is not modelled."""
+    """Return the checks without a colour, because no part has their quantity or the effect is not modelled."""
     quantities = {x.quantity for x in plan.limits}
     none = [first for first, *more in LISTED if not quantities & {first, *more}] if shapes.hooks else []
     found = [Check(quantity=x, subject="all", state="none", sentence=f"{x}: nothing of that kind") for x in none]

@@ -136,7 +136,7 @@ def _evaluated(
 
 
 def force_on_base(x: ScalarSignal, system: System, signals: SignalColumns) -> tuple[Column, Column, Column] | None:
-    """Return the resultant force (n,) [N] on a base and its place (n,) [m] along and across it; None without data."""
+    """Return the resultant force (n,) [N] on a base and where it acts (n,) [m] along and across; None without data."""
     group = carried_group(x, system)
     places = [place(signals, point) for point in group.points]
     tensions = [signals.tensions.get(name) for name in group.ropes]

@@ -203,7 +203,7 @@ def driving(plan: Plan) -> tuple[str, ...]:
 
 
 def goes_on(event: Event) -> bool:
-    """Return whether an event shows progress: a message of the commander that is no set-point."""
+    """Return whether an event shows progress: a message from the commander other than a set-point."""
     if event.source != COMMANDER:
         return False
     return event.type != m.Order.__name__ or not cast("m.Order", event.value).led

@@ -13,7 +13,7 @@ COMMAND = "command"  # what stands in place of the line of a command
 
 
 def place(plan: Plan, at: tuple[int, ...]) -> str:
-    """Return `file:line:column` of an action or order or, if unknown, its numbers in words."""
+    """Return `file:line:column` of an action or order; if unknown, words such as "order 2 of action 5"."""
     action, order = _split(at)
     if action == ASIDE:
         return COMMAND

@@ -76,7 +76,7 @@ class Branch(_Forwarding):
 
 
 class Join(_Forwarding):
-    """Joins the parts of an entity: when all `parts` entities with the same number have arrived, it sends the last."""
+    """Joins the parts of an entity: sends the last part when all `parts` with the same number have arrived."""
 
     into, out = In(Entity), Out(Entity)
 
@@ -101,7 +101,7 @@ class Join(_Forwarding):
 
 
 class Resource(_Forwarding):
-    """A number of equal units, which entities seize and release.
+    """A resource of equal units, such as cranes or workers, which entities seize and release.
 
     An entity that arrives seizes one unit and leaves through the port `seized`; when the entity arrives at the port
     `release`, the unit is free again."""

@@ -61,7 +61,7 @@ CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples
 
 
 def facts(scene: schema.Scene) -> SceneFacts:
-    """Return the settings of a scene for its run, such as method and accuracy, which are not part of its plan."""
+    """Return the settings for the run of a scene that are not part of its plan, such as method and accuracy."""
     return SceneFacts(
         own=scene.ask,
         written=scene.accuracy,

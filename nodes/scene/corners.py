@@ -55,7 +55,7 @@ class Ends:
 
 
 def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
-    """Return both ends of each uncertain input: of its 95 % interval or, for a uniform distribution, its bounds."""
+    """Return both ends of each uncertain input's range: its 95 % interval or, if uniform, its bounds."""
     found = []
     for path, each in stated.items():
         at = quantity_at(scene, path)

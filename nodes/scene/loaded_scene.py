@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class SceneFacts(msgspec.Struct, frozen=True):
-    """Settings of a scene for its run, such as method and accuracy, which are not part of its plan.
+    """Settings for the run of a scene that are not part of its plan, such as method and accuracy.
 
     `own`: quantities that the scene asks for; `written`: accuracy, if given; `named`: keys that fix how the scene is
     run; `placement`: process of each node; `remote`: processes on other hosts; `tandem`: share of its capacity that

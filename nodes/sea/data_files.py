@@ -67,7 +67,7 @@ class Coefficients:
     depth: float = inf
 
     def about(self, *points: Sequence[float]) -> "Coefficients":
-        """Return the coefficients about points on the waterline, vertically above or below the present points.
+        """Return the coefficients about new reference points, on the waterline vertically above or below the old ones.
 
         The coefficients refer to the given points, the phases of the loads to the origin of the file, before this."""
         T, X = np.eye(6 * len(points)), self.X.copy()  # velocities there, of those on the waterline

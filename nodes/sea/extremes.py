@@ -44,8 +44,7 @@ def part_of(quantile: str, length: float, duration: float | None) -> float:
 
 
 def extreme(values: Sequence[float], part: float) -> Extreme:
-    """Estimate the quantile with probability `part` of the largest value in a run, given the largest value for each
-    seed.
+    """Estimate the quantile with probability `part` of the largest value in a run from one largest value per seed.
 
     The largest value is minus infinity for a seed that has no value."""
     x = np.sort(np.asarray(values, float))

@@ -36,7 +36,7 @@ class Hydrostatics(NamedTuple):
 
 
 def hydrostatics_of(panels: np.ndarray) -> Hydrostatics:
-    """Return the hydrostatics of a hull from its mesh below the waterline z = 0, with or without a lid there.
+    """Return the hydrostatics of a hull from its mesh below the waterline z = 0, which may be closed by a lid.
 
     The mesh has triangles or quadrilaterals (n, 3 or 4, 3) [m]; raises SceneError if it encloses no volume."""
     hull = panels[(np.abs(panels[:, :, 2]) > AT_SURFACE * np.abs(panels).max()).any(axis=1)]

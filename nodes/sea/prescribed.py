@@ -17,7 +17,7 @@ MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")  # in matrices
 
 
 def carried(body: Body, at: Vector, R: Matrix, motions: Mapping[str, Wave | WaveSum | None], gravity: float) -> System:
-    """Return a body carried by six joints that prescribe its motions [m, rad] from a position and rotation."""
+    """Return a body on six joints that prescribe its motions [m, rad] about a given position and rotation."""
     name = body.name
     names = [WORLD, *(f"{name}.{mode}" for mode in CHAIN)][:-1]
     bodies = [*(Body(massless, 0.0) for massless in names[1:]), body]

@@ -139,7 +139,7 @@ class CoupledModes:
             return np.asarray(self.rows(unpacked(x).space.memory(self.w)) - self.wanted)
 
         def slope(x: np.ndarray) -> np.ndarray:
-            """Return the derivatives of the fit's error with respect to the parameters x, a row for each.
+            """Return the derivatives of the fit's error with respect to the parameters x, one row for each parameter.
 
             They follow from dK = dG^T X + Y^T dG + Y^T dF X with X = (iw - F)^-1 G = [a; b] and, by reciprocity, Y =
             (iw - F)^-T G = [a; -b]."""

@@ -53,7 +53,7 @@ class Models(Coupled):
 
     @property
     def commander(self) -> CommanderModel:
-        """The commander, which executes the action list."""
+        """The model of the commander, which executes the action list."""
         model = self.models[COMMANDER]
         assert isinstance(model, CommanderModel)
         return model

@@ -35,7 +35,7 @@ ALONG = {"x": 0, "y": 1}
 
 
 class RampTiming(msgspec.Struct, frozen=True):
-    """Swing periods [s] at the beginning of a move and when it stops, and the time between both [s].
+    """Swing periods [s] at the beginning of a move and at its stop, and the time between these instants [s].
 
     `why`: reason why there are no periods, or ""."""
 

@@ -258,7 +258,7 @@ def _schedule(yard: Yard, values: Values, whole: bool) -> Table:
 
 
 def at_end(yard: Yard, t: float) -> str:
-    """Return the date and time of day at a time since the start of the yard [s]."""
+    """Return a time since the start of the yard [s] as date and time of day."""
     return f"{at(yard.start, t):%Y-%m-%d %H:%M}"
 
 

@@ -25,8 +25,7 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Optimised:
-    """An optimised schedule: start and end of each activity, delivery, and a lower bound of all possible deliveries,
-    all in ns.
+    """An optimised schedule: start and end of each activity, delivery time, and a lower bound of that time [ns].
 
     `how`: how the schedule was found."""
 
@@ -37,7 +36,7 @@ class Optimised:
 
     @property
     def gap(self) -> float:
-        """Relative difference between the delivery and its lower bound."""
+        """Relative difference between the delivery time and its lower bound."""
         return self.end / self.bound - 1.0 if self.bound else 0.0
 
 

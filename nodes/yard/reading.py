@@ -293,7 +293,7 @@ class _Reading(Taking):
         return tuple(dict.fromkeys([*given, *blocks])) if given else ()
 
     def contract(self, blocks: list[str]) -> dict[str, date]:
-        """Return the contract dates of blocks and of the `delivery`, as far as given."""
+        """Return the contract dates of blocks and of the whole delivery, as far as the yard file gives them."""
         given = self.mapping(("contract",))
         for key in given:
             self.known(("contract", key), key, [DELIVERY, *blocks], "block")

@@ -153,7 +153,7 @@ class Weather(Atomic):
         return n
 
     def place(self, hour: int) -> Any:
-        """Return the number of limits below the wind speed or wave height in an hour."""
+        """Return the number of limits that the wind speed or wave height exceeds in this hour."""
         return bisect_left(self.limits, self.at(hour))
 
     def within(self, hour: int, k: int) -> bool:

@@ -101,7 +101,7 @@ def test_the_energy_balance_closes_over_an_impact_a_rope_snatch_and_a_joint_lock
 
 
 @pytest.mark.large
-def test_results_do_not_depend_on_how_time_grants_divide_the_run(story: Simulation) -> None:
+def test_results_of_the_kernel_do_not_depend_on_how_time_grants_divide_the_run(story: Simulation) -> None:
     cuts = tuple(int(t) for t in np.random.default_rng(3).integers(0, 60 * MS, 40))
     again = told(tuple(sorted(cuts)))
     assert again.log == story.log

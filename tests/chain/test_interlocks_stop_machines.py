@@ -70,7 +70,7 @@ def test_luffing_in_resets_the_load_chart_interlock_so_that_the_module_can_be_se
     ]
 
 
-def test_check_reports_that_the_load_chart_interlock_stops_the_boom() -> None:
+def test_the_command_check_reports_that_the_load_chart_interlock_stops_the_boom() -> None:
     message = [f.sentence for f in load("crawler").findings if f.quantity == "interlock"]
     assert message == [STOPPED]
 
@@ -92,7 +92,7 @@ def test_a_bypassed_interlock_is_reported_and_stops_nothing(tmp_path: Path) -> N
     assert not [value for _, value in said(rec, "Limit") if value["actor"] == "crawler.luffer"]
 
 
-def test_without_an_interlock_a_load_beyond_the_chart_is_refused() -> None:
+def test_a_load_beyond_the_load_chart_is_refused_if_no_interlock_stops_the_crane() -> None:
     with pytest.raises(SceneError, match=r"would be 42\.3 t, 176 %; 24\.0 t is allowed"):
         parse("extends: jib\nname: jib\nblock: {mass: 40 t}\n", "scene.yaml", passing=True)
 

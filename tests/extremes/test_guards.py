@@ -85,7 +85,7 @@ def test_the_stability_of_a_fixed_step_is_checked_when_a_winch_has_shortened_the
         hand_over(s, 70 * SECOND)
 
 
-def test_oscillations_that_a_stable_step_distorts_are_noted():
+def test_an_oscillation_that_a_stable_time_step_distorts_is_reported_as_a_note():
     at_rest = hung(LENGTH * (1.0 + MASS * G / EA))
     s = started(at_rest, method="radau5", step=0.5)
     assert [note.sentence for note in s.notes] == [
@@ -152,7 +152,7 @@ def bit_by_bit(s: Simulation, start: int, end: int) -> None:
         s.run(t * SECOND // 20)
 
 
-def test_energy_created_by_integration_errors_ends_a_run_of_any_method():
+def test_a_gain_of_energy_by_integration_errors_ends_a_run_with_any_integration_method():
     """A spring that becomes stiffer behind the back of the balance: most of what moves has come out of nothing."""
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
@@ -166,7 +166,7 @@ def test_energy_created_by_integration_errors_ends_a_run_of_any_method():
             bit_by_bit(s, 4, 9)
 
 
-def test_energy_lost_by_integration_errors_ends_a_run_with_error_control():
+def test_a_loss_of_energy_by_integration_errors_ends_a_run_with_error_control():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, sample_ns=SECOND // 20)
@@ -178,7 +178,7 @@ def test_energy_lost_by_integration_errors_ends_a_run_with_error_control():
         bit_by_bit(s, 4, 9)
 
 
-def test_numerical_damping_of_a_motion_by_implicit_steps_is_reported():
+def test_numerical_damping_of_an_oscillation_by_an_implicit_method_is_reported():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(0.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, method="radau5", step=1.0, sample_ns=SECOND)

@@ -118,7 +118,7 @@ def highest(started_at: tuple[float, ...], springs: tuple[float, ...], end: floa
     ("started_at", "springs", "end"),
     [((0.9, 0.0), (0.003,), 277), ((0.5, 0.4, 0.0), (0.004, 0.003), 120), ((-0.3, 0.5, 0.1), (0.02, 0.0005), 150)],
 )
-def test_the_late_maximum_of_a_beating_oscillation_is_found_as_peak_tension(
+def test_a_peak_tension_is_found_even_if_it_is_the_late_maximum_of_a_beating_oscillation(
     method, tolerance, started_at, springs, end
 ):
     """Each of hundreds of hills is a little higher than all before, of one rope, of two, and in no simple order."""

@@ -56,7 +56,7 @@ STORIES = {  # files of a kind, and what of them --short plays
     ),
     "host, origin, word of a page": (
         [PAGE],
-        f"{PAGE}::test_the_live_page_refuses_clients_without_its_token_or_of_another_origin",
+        f"{PAGE}::test_the_live_page_refuses_clients_without_its_secret_token_or_from_another_origin",
     ),
     "sockets and passwords": ([PRIVATE], f"{PRIVATE}::test_a_node_with_a_wrong_password_is_refused"),
     "frames sent again": ([AGAIN], f"{AGAIN}::test_a_message_frame_from_an_earlier_process_of_the_node_is_dropped"),

@@ -62,7 +62,7 @@ def bits(s):
 
 
 @pytest.mark.parametrize("seed", range(60))
-def test_any_sequence_of_commands_conserves_energy_and_is_reproducible_bit_for_bit(seed):
+def test_any_sequence_of_commands_to_the_kernel_conserves_energy_and_is_reproducible_bit_for_bit(seed):
     s, refused = play(seed, 0)
     assert np.isfinite(s.state).all()
     assert not any("\n" in sentence for sentence in refused)

@@ -17,7 +17,7 @@ RERUN = shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.w
 @pytest.mark.skipif(
     RERUN is None, reason="rerun is not installed (pip install rerun-sdk): the recording is not checked"
 )
-def test_the_rerun_viewer_accepts_a_recording(tmp_path: Path) -> None:
+def test_the_viewer_of_the_project_rerun_opens_a_recording(tmp_path: Path) -> None:
     path = tmp_path / "lift.mcap"
     run(load("lift"), path, in_process=True)
     done = subprocess.run([str(RERUN), "mcap", "check", str(path)], capture_output=True, text=True, timeout=300)

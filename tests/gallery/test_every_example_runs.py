@@ -85,7 +85,7 @@ def test_the_rope_of_the_example_tackle_loses_tension_at_each_sheave(tmp_path: P
     assert dead / lead == pytest.approx(np.full(len(lead), 0.97**3), rel=1e-6)
 
 
-def test_the_example_linkage_stands_still_while_its_joint_is_locked(tmp_path: Path) -> None:
+def test_the_linkage_in_the_example_scene_does_not_move_while_its_joint_is_locked(tmp_path: Path) -> None:
     recording = played(tmp_path, "linkage")
     (locked,) = [e for e in recording.events(source="kernel") if e.type == "StateEvent" and e.value["what"] == "locked"]
     assert locked.t_ns == 2_500_000_000

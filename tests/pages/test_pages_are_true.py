@@ -57,7 +57,7 @@ def test_files_named_in_printed_commands_exist(name: str) -> None:
 REFERENCE = parts()
 
 
-def test_the_reference_describes_every_command_and_option() -> None:
+def test_the_reference_page_describes_every_command_and_option() -> None:
     for name, command in COMMANDS.items():
         (part,) = re.findall(rf"^## `heavylift {name}[ `].*?(?=^## |\Z)", REFERENCE["commands"], re.M | re.S)
         rows = dict(re.findall(r"^\| `?([^|`]*)`? \| (.*) \|$", part, re.M))
@@ -66,7 +66,7 @@ def test_the_reference_describes_every_command_and_option() -> None:
             assert rows.get(message), f"heavylift {name} {message}"
 
 
-def test_the_reference_describes_every_key_of_scenes() -> None:
+def test_the_reference_page_describes_every_key_of_scene_files() -> None:
     keys = re.findall(r"^\| `([^`]*)` \|", REFERENCE["scene-files"], re.M)
     schema = json_schema()
     models = [schema, *(option for part in schema["$defs"].values() for option in [part, *part.get("anyOf", [])])]
@@ -74,7 +74,7 @@ def test_the_reference_describes_every_key_of_scenes() -> None:
 
 
 @pytest.mark.parametrize("module", [message for message in MODULES if ":" not in message])
-def test_the_reference_describes_every_public_name(module: str) -> None:
+def test_the_reference_page_describes_every_public_name(module: str) -> None:
     there = import_module(module)
     names = [name for name in public_names(there) if not inspect.ismodule(getattr(there, name))]
     (part,) = re.findall(rf"^## {re.escape(module)}$.*?(?=^## |\Z)", REFERENCE["python"], re.M | re.S)

@@ -21,7 +21,7 @@ STUDIES = "coordinator/sweeps/SWEEPS.md"
 
 
 @pytest.mark.large
-def test_the_code_on_the_page_about_python_runs(tmp_path: Path, capfd, monkeypatch) -> None:
+def test_the_code_on_the_documentation_page_about_python_can_be_executed(tmp_path: Path, capfd, monkeypatch) -> None:
     pytest.importorskip("pinocchio")
     assert follow("coordinator/run/PYTHON.md", tmp_path, capfd, monkeypatch) == 9
 
@@ -31,7 +31,7 @@ def test_the_python_notebook_has_the_content_of_its_page() -> None:
 
 
 @pytest.mark.large
-def test_the_code_on_the_page_about_studies_runs(tmp_path: Path, capfd, monkeypatch) -> None:
+def test_the_code_on_the_documentation_page_about_studies_can_be_executed(tmp_path: Path, capfd, monkeypatch) -> None:
     monkeypatch.setattr("page_blocks.blocks", lambda page: [x for x in blocks(page) if "dask scheduler" not in x[1]])
     assert follow(STUDIES, tmp_path, capfd, monkeypatch) == 3
 

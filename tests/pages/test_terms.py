@@ -78,7 +78,7 @@ def misnamed(found: Iterator[tuple[int, str]]) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("ending", [".py", ".md"])
-def test_no_unwanted_phrase_occurs_in_prose(ending: str) -> None:
+def test_pages_and_docstrings_contain_no_unwanted_phrase(ending: str) -> None:
     here = (path for path in files(ending) if path != Path(__file__) and path.name != "CONTRIBUTING.md")
     assert [f"{path.relative_to(ROOT)}:{x}" for path in here for x in phrases(prose(path))] == []
 
@@ -101,7 +101,7 @@ def test_the_search_for_unwanted_words_finds_every_planted_one() -> None:
     ]
 
 
-def test_the_table_of_terms_is_complete() -> None:
+def test_the_table_of_terms_on_the_documentation_page_is_complete() -> None:
     page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     for term in ("utilisation", "off-lead", "block support", "level of fidelity", "error estimate", "lookahead"):
         assert term in page, term

@@ -11,7 +11,7 @@ TESTS = Path(__file__).parents[1]
 DEEP = re.compile(r"heavylift\.\w+\.")
 
 
-def test_tests_import_public_names_from_their_packages() -> None:
+def test_tests_import_public_names_from_packages_and_not_from_modules() -> None:
     deep = [x for path in sorted(TESTS.rglob("*.py")) for x in _deep_imports(path)]
     assert not deep, "\n".join(deep)
 

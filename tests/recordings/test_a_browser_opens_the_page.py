@@ -61,7 +61,9 @@ def coloured(hsv: NDArray[np.float64], hue: tuple[float, float]) -> NDArray[np.i
 
 
 @pytest.mark.large
-def test_the_page_draws_the_same_picture_whenever_it_shows_the_same_instant(browser: Chromium, lift: Path) -> None:
+def test_the_page_of_a_recording_draws_the_same_picture_whenever_it_shows_the_same_instant(
+    browser: Chromium, lift: Path
+) -> None:
     pictures = []
     for _ in range(2):
         browser.open(f"{lift.as_uri()}#t=40")
@@ -73,7 +75,9 @@ def test_the_page_draws_the_same_picture_whenever_it_shows_the_same_instant(brow
     assert all(request.startswith("file:") for request in browser.requests), "nothing is asked of any network"
 
 
-def test_block_portal_trolleys_and_ropes_are_visible_and_move_in_the_page(browser: Chromium, lift: Path) -> None:
+def test_on_the_page_of_a_recording_block_and_portal_and_trolleys_and_ropes_are_visible_and_move(
+    browser: Chromium, lift: Path
+) -> None:
     browser.open(f"{lift.as_uri()}#t=0&view=along")
     before = pixels(browser.picture("#stage"))
     browser.open(f"{lift.as_uri()}#t=60&view=along")
@@ -108,7 +112,7 @@ def test_the_page_of_a_recording_has_colours_for_light_dark_and_print(browser: C
 
 
 @pytest.mark.large
-def test_all_charts_of_the_page_mark_the_same_instant(browser: Chromium, lift: Path) -> None:
+def test_all_charts_on_the_page_of_a_recording_mark_the_same_instant(browser: Chromium, lift: Path) -> None:
     lines = "[...document.querySelectorAll('.now')].filter(x => !x.hidden).map(x => x.getBoundingClientRect().x)"
     browser.open(f"{lift.as_uri()}#t=40")
     first = browser.run(lines)
@@ -122,7 +126,9 @@ def test_all_charts_of_the_page_mark_the_same_instant(browser: Chromium, lift: P
     assert browser.run(lines)[0] > first[0]
 
 
-def test_a_scene_without_machines_is_drawn_large_in_the_picture_of_the_page(browser: Chromium, pendulum: Path) -> None:
+def test_the_3d_picture_of_a_scene_without_machines_fills_the_page_of_its_recording(
+    browser: Chromium, pendulum: Path
+) -> None:
     browser.open(f"{pendulum.as_uri()}#t=0&view=across")
     hsv = pixels(browser.picture("#stage"))
     ball = coloured(hsv, BLUE)
@@ -134,7 +140,9 @@ def test_a_scene_without_machines_is_drawn_large_in_the_picture_of_the_page(brow
     assert 0.1 < ball[:, 1].mean() / columns < 0.9
 
 
-def test_keys_and_clicks_on_the_page_change_its_time_stage_and_playback(browser: Chromium, lift: Path) -> None:
+def test_keys_and_clicks_on_the_page_of_a_recording_change_time_and_stage_and_playback(
+    browser: Chromium, lift: Path
+) -> None:
     browser.open(f"{lift.as_uri()}#t=0")
     browser.key("?")
     assert browser.run("document.getElementById('help').open")
@@ -152,7 +160,7 @@ def test_keys_and_clicks_on_the_page_change_its_time_stage_and_playback(browser:
     assert not browser.run("heavylift.player.playing")
 
 
-def test_the_page_follows_a_live_run_to_its_end(browser: Chromium, tmp_path: Path) -> None:
+def test_the_live_page_follows_a_run_to_its_end(browser: Chromium, tmp_path: Path) -> None:
     with LivePage() as page:
         begun = threading.Thread(
             target=run,
@@ -175,7 +183,9 @@ def test_the_page_follows_a_live_run_to_its_end(browser: Chromium, tmp_path: Pat
     assert browser.complaints == []
 
 
-def test_the_page_writes_names_loads_and_dimensions_over_the_scene(browser: Chromium, lift: Path) -> None:
+def test_the_page_of_a_recording_writes_names_and_loads_and_dimensions_over_the_3d_view(
+    browser: Chromium, lift: Path
+) -> None:
     browser.open(f"{lift.as_uri()}#t=40&view=across")
     written = "heavylift.stage.draw(1), heavylift.stage.labels.written"
     assert {"block", "crane", "CG 300 t", "1909 kN · 44 %"} <= set(browser.run(written))
@@ -191,7 +201,9 @@ def test_the_page_writes_names_loads_and_dimensions_over_the_scene(browser: Chro
 
 
 @pytest.mark.large
-def test_side_views_of_the_page_are_parallel_projections_and_show_everything(browser: Chromium, lift: Path) -> None:
+def test_side_views_on_the_page_of_a_recording_are_parallel_projections_that_show_all_bodies(
+    browser: Chromium, lift: Path
+) -> None:
     inside = """[0, 1, 2, 3, 4, 5, 6, 7].every(k => {
       const { stage } = heavylift, p = stage.box.low.clone();
       if (k & 1) p.x = stage.box.high.x; if (k & 2) p.y = stage.box.high.y; if (k & 4) p.z = stage.box.high.z;
@@ -203,7 +215,7 @@ def test_side_views_of_the_page_are_parallel_projections_and_show_everything(bro
         assert browser.run(inside), side
 
 
-def test_the_page_frames_a_moored_crane_by_its_bodies_above_the_seabed(
+def test_the_3d_view_of_a_moored_crane_frames_the_bodies_above_the_seabed(
     browser: Chromium, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     browser.open(recorded(tmp_path_factory, "moored", "end=1 s").as_uri())
@@ -213,7 +225,7 @@ def test_the_page_frames_a_moored_crane_by_its_bodies_above_the_seabed(
 
 
 @pytest.mark.large
-def test_the_camera_of_the_page_follows_the_block(browser: Chromium, lift: Path) -> None:
+def test_the_camera_of_the_3d_view_can_follow_the_block(browser: Chromium, lift: Path) -> None:
     off = (
         "(s => [0, 1, 2].map(i => s.controls.target.getComponent(i) - s.frames.get('block').position.getComponent(i)))"
     )
@@ -226,7 +238,7 @@ def test_the_camera_of_the_page_follows_the_block(browser: Chromium, lift: Path)
 
 
 @pytest.mark.large
-def test_a_picture_saved_from_the_page_has_a_caption(browser: Chromium, lift: Path) -> None:
+def test_a_picture_saved_from_the_page_of_a_recording_has_a_caption(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=40")
     browser.run("HTMLAnchorElement.prototype.click = function () { window.saved = [this.download, this.href] }")
     browser.key("s")
@@ -247,7 +259,7 @@ def test_the_page_of_a_recording_fits_the_screen_of_a_phone(browser: Chromium, l
     browser("Emulation.setDeviceMetricsOverride", width=1200, height=800, deviceScaleFactor=1, mobile=False)
 
 
-def test_the_page_shows_a_long_recording_at_once_and_completes_it_later(
+def test_the_page_of_a_long_recording_shows_coarse_data_at_once_and_the_rest_later(
     browser: Chromium, lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording = lift.with_suffix(".mcap")
@@ -267,7 +279,7 @@ def test_the_page_shows_a_long_recording_at_once_and_completes_it_later(
 
 
 @pytest.mark.large
-def test_charts_of_the_page_show_limits_and_clock_times(browser: Chromium, lift: Path) -> None:
+def test_charts_on_the_page_of_a_recording_show_limits_and_clock_times(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=40")
     legend = browser.run("[...document.querySelectorAll('.u-legend .u-label')].slice(0, 4).map(e => e.textContent)")
     assert legend[0] == "time"

@@ -63,7 +63,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_info_shows_models_results_and_events_of_a_devs_run(recorded: Path) -> None:
+def test_the_command_info_shows_models_and_results_and_events_of_a_devs_run(recorded: Path) -> None:
     text = info(recorded)
     assert f"  model     {clocks.__module__}:clocks\n" in text
     assert "shop.clock0  Told  n 4, name end, inner {'level': 0.25}, pair [1, 2], maybe None" in text
@@ -114,7 +114,7 @@ def test_plotting_too_many_ports_or_a_run_without_events_is_reported(tmp_path: P
     assert json.dumps(info_data(tmp_path / "none.mcap"))
 
 
-def test_many_events_at_one_instant_are_drawn_without_a_warning(
+def test_a_plot_of_many_events_at_one_instant_is_drawn_without_a_warning(
     tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     run_models(clocks, until=0.001000001, output=tmp_path / "run.mcap", in_process=True)

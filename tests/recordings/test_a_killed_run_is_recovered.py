@@ -66,7 +66,7 @@ def test_recovery_skips_and_names_a_damaged_chunk(recorded: Path, tmp_path: Path
         recover(damaged)
 
 
-def test_recovery_reports_lost_data_in_seconds_of_the_run(tmp_path: Path) -> None:
+def test_the_command_recover_reports_how_many_seconds_of_the_run_are_lost(tmp_path: Path) -> None:
     with Recorder(tmp_path / "run.mcap", {"scene": "lift"}) as rec:
         for t in range(4):
             rec.log(t * SECOND, "info", "x", "x")
@@ -98,7 +98,7 @@ def test_recovery_never_overwrites_its_source(killed: Path) -> None:
     assert killed.read_bytes() == before
 
 
-def test_files_without_a_run_cannot_be_recovered(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
+def test_the_command_recover_refuses_files_that_contain_no_run(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
     photo = tmp_path / "photo.mcap"
     photo.write_bytes(b"\x89PNG\r\n\x1a\n" * 20)
     with pytest.raises(RecordingError, match="is not a recording"):

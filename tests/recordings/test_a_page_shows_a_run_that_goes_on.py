@@ -74,7 +74,7 @@ def stage(live: LivePage, second: int, name: str) -> None:
     live.event(second * SECOND, "commander", "stage", "Stage", msgspec.msgpack.encode({"name": name, "number": 1}))
 
 
-def test_the_live_page_refuses_clients_without_its_token_or_of_another_origin(live: LivePage) -> None:
+def test_the_live_page_refuses_clients_without_its_secret_token_or_from_another_origin(live: LivePage) -> None:
     url = urlsplit(live.url)
     assert url.hostname == "127.0.0.1"
     assert len(url.path) >= 32

@@ -41,7 +41,7 @@ def content(page: Path) -> dict[str, object]:
     return found
 
 
-def test_the_page_of_curves_needs_no_other_file(recorded: Path, tmp_path: Path) -> None:
+def test_a_page_with_plotted_curves_needs_no_other_file(recorded: Path, tmp_path: Path) -> None:
     out = curves(recorded, ["rope/*"], tmp_path / "x.html")
     text = out.read_text()
     assert "default-src 'none'" in text
@@ -52,7 +52,7 @@ def test_the_page_of_curves_needs_no_other_file(recorded: Path, tmp_path: Path) 
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: the page is not opened")
-def test_a_browser_draws_one_chart_for_each_panel_of_the_page_of_curves(recorded: Path, tmp_path: Path) -> None:
+def test_a_browser_draws_one_chart_for_each_panel_of_a_page_with_curves(recorded: Path, tmp_path: Path) -> None:
     out = curves(recorded, ["rope/*"], tmp_path / "x.html")
     command = [str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}/profile",
                "--virtual-time-budget=3000", "--dump-dom", out.as_uri()]  # fmt: skip

@@ -119,7 +119,7 @@ def test_a_recording_with_a_changed_byte_is_recovered_or_refused(turned: int, se
             assert saved.result["status"] == "damaged"
 
 
-def test_a_recording_with_zeros_after_a_power_cut_is_recovered(several: bytes, tmp_path: Path) -> None:
+def test_a_recording_whose_end_was_zeroed_by_a_power_cut_is_recovered(several: bytes, tmp_path: Path) -> None:
     for count in (1, 8, 29, 200, 1000, 2000):
         check(several, several[:-count] + bytes(count), tmp_path / "zeros.mcap")
 

@@ -11,7 +11,7 @@ NUMBERS = {"qx", "qy", "qz", "qw"}
 
 
 @pytest.mark.parametrize("kind", JOINTS)
-def test_the_unit_of_a_joint_coordinate_is_metre_radian_or_none(kind: str) -> None:
+def test_the_unit_of_a_joint_coordinate_is_metre_or_radian_or_none(kind: str) -> None:
     for name in JOINTS[kind].coordinates:
         expected = "m" if name in PLACES else "1" if name in NUMBERS else "rad"
         assert unit_of("m or rad", f"crane.boom.{name}") == expected
@@ -23,6 +23,6 @@ def test_a_recorded_position_has_units_of_length_and_a_quaternion_has_none() -> 
     assert [unit_of(POSE_UNIT, x) for x in ("x", "y", "block.z", "qx", "block.qw")] == ["m", "m", "m", "1", "1"]
 
 
-def test_columns_of_a_signal_with_one_unit_have_that_unit() -> None:
+def test_if_a_signal_has_one_unit_each_of_its_columns_has_that_unit() -> None:
     assert unit_of("N", "tension of w.angle") == "N"
     assert unit_of("N or m", "east.angle") == "N or m"

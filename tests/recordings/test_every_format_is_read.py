@@ -54,20 +54,20 @@ def test_stored_recordings_of_each_format_show_a_block_that_falls_into_its_slack
     assert rec.stages() == [(0.0, "fall and bounce")]
 
 
-def test_reading_a_plan_of_an_earlier_version_gives_a_note_that_lists_its_unread_parts() -> None:
+def test_reading_a_plan_of_an_earlier_version_gives_a_note_that_lists_the_parts_not_read() -> None:
     message = "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
     assert f"  plan      {message}" in info(golden(2)).splitlines()
     rec = Recording(golden(2))
     assert ("plan", message) in scene_table(rec, plan_of(rec.attachments))
 
 
-def test_a_recorded_plan_of_the_present_version_is_read_without_a_note() -> None:
+def test_a_plan_recorded_by_the_present_version_is_read_without_a_note() -> None:
     assert not unread(plan_of({"resolved.json": encode(load("lift").plan)}))
     assert not unread({}), "a DEVS model has none"
 
 
 @pytest.mark.parametrize("number", READABLE)
-def test_the_stock_mcap_reader_finds_the_sample_times_that_heavylift_reads(number: int) -> None:
+def test_the_standard_mcap_library_finds_the_sample_times_that_heavylift_reads(number: int) -> None:
     with golden(number).open("rb") as stream:
         text = make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(["/samples"])
         times = [message.log_time * 1e-9 for _, _, message, _ in text]

@@ -122,7 +122,7 @@ def test_no_error_message_suggests_the_command_recover_for_a_recording_that_anot
 
 @pytest.mark.parametrize("text", NO_NUMBERS)
 @pytest.mark.parametrize("name", ["sim_s", "wall_s", "samples", "peaks", "rated"])
-def test_infinite_values_in_a_recording_end_with_a_one_sentence_error(
+def test_reading_a_recording_with_infinite_values_ends_with_a_one_sentence_error(
     name: str, text: str, recorded: Path, tmp_path: Path
 ) -> None:
     path = altered(recorded, tmp_path / "no.mcap", lambda parts: parts.metadata["result"].update({name: text}))
@@ -145,7 +145,7 @@ def test_infinite_values_in_a_recording_end_with_a_one_sentence_error(
         assert sentences or name == "rated"
 
 
-def test_info_detects_an_altered_digest_or_peak(recorded: Path, tmp_path: Path) -> None:
+def test_the_command_info_detects_an_altered_digest_or_peak_in_a_recording(recorded: Path, tmp_path: Path) -> None:
     def forge(parts: Parts) -> None:
         result = parts.metadata["result"]
         peaks = json.loads(result["peaks"])

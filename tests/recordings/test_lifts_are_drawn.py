@@ -57,7 +57,9 @@ def dimensions(drawing: Drawing, view: int, way: str) -> list[float]:
 
 
 @pytest.mark.large(beyond=3)
-def test_heights_and_radii_in_drawings_are_those_of_the_drawn_instant(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+def test_heights_and_radii_written_in_drawings_are_those_at_the_drawn_instant(
+    made: list[tuple[DrawnInstant, Drawing]],
+) -> None:
     for x, drawing in made:
         heights = dimensions(drawing, 1, "v")
         lowest = float(x.of("block")[:, 2].min())
@@ -93,7 +95,7 @@ def test_nothing_in_drawings_leaves_the_sheet_and_texts_do_not_overlap(
             assert apart, f"{drawing.title}: '{a}' lies over '{b}'"
 
 
-def test_the_numbers_of_dimension_lines_are_drawn_above_all_lines_on_a_white_background(
+def test_in_drawings_the_numbers_of_dimension_lines_lie_above_all_lines_on_a_white_background(
     made: list[tuple[DrawnInstant, Drawing]],
 ) -> None:
     """Lines of one dimension may cross the number of another, which is still legible."""
@@ -107,7 +109,7 @@ def test_the_numbers_of_dimension_lines_are_drawn_above_all_lines_on_a_white_bac
             assert sum(pair == ("rect", "text") for pair in pairwise(marks)) == marks.count("rect") == numbers
 
 
-def test_a_rope_has_one_label_however_it_is_modelled(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+def test_a_rope_has_the_same_label_whatever_its_model_level(made: list[tuple[DrawnInstant, Drawing]]) -> None:
     """A rope with mass consists of pieces, of which the last one holds the hook."""
     for x, drawing in made:
         words = [item.words for item in drawing.views[2].items if isinstance(item, Text)]
@@ -137,7 +139,9 @@ def test_svg_and_dxf_drawings_have_the_same_content(lift: Recording, tmp_path: P
 
 
 @pytest.mark.large(beyond=3)
-def test_a_lift_report_has_drawings_and_that_of_a_mechanism_none(lift: Recording, tmp_path: Path) -> None:
+def test_the_report_of_a_lift_has_drawings_and_the_report_of_a_mechanism_has_none(
+    lift: Recording, tmp_path: Path
+) -> None:
     text = report(lift, tmp_path / "report.html").read_text()
     assert text.count('class="drawing"') == len(drawings(lift, recorded_verdict(lift), PROJECT))
 

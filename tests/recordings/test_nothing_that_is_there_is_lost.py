@@ -126,7 +126,7 @@ def test_an_existing_file_that_heavylift_did_not_write_is_never_overwritten(
 @pytest.mark.parametrize(
     "name", [x if QUICK & {x} else pytest.param(x, marks=pytest.mark.large(beyond=1)) for x in WRITERS]
 )
-def test_an_earlier_output_is_kept_and_the_new_one_gets_the_next_free_name(
+def test_an_earlier_output_file_is_kept_and_the_new_file_gets_the_next_free_name(
     name: str, recorded: Path, tmp_path: Path
 ) -> None:
     write, out = WRITERS[name], tmp_path / "out" / name
@@ -161,7 +161,7 @@ def test_writing_an_output_does_not_follow_a_symbolic_link(ending: str, force: b
     assert all_below(tmp_path) == before
 
 
-def test_the_partial_recording_of_a_killed_run_is_kept_even_if_a_new_run_uses_force(
+def test_the_option_force_of_a_new_run_does_not_delete_the_partial_recording_of_a_killed_run(
     begin: Begin, tmp_path: Path
 ) -> None:
     part, orders = tmp_path / "run.mcap.part", tmp_path / "run.mcap.commands"

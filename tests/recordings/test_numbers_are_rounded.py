@@ -41,14 +41,14 @@ def test_rounding_of_recorded_values_does_not_depend_on_batches() -> None:
     assert np.array_equal(once(x), one_by_one, equal_nan=True)
 
 
-def test_recorded_values_of_unlisted_units_and_infinite_values_are_not_rounded() -> None:
+def test_recorded_values_are_not_rounded_if_they_are_infinite_or_have_an_unlisted_unit() -> None:
     rounded = Rounding([SampleChannel("a", ["a"], "1/rad2", 0, 1), SampleChannel("b", ["b"], "N", 1, 2)])
     rows = np.array([[np.pi, np.inf], [1e-300, -np.inf], [0.1, 1e300], [-0.1, 1e308]])
     assert np.array_equal(rounded(rows), rows)
     assert np.isnan(rounded(np.array([[np.nan, np.nan]]))).all()
 
 
-def test_free_joints_are_recorded_only_as_poses(tmp_path: Path) -> None:
+def test_the_coordinates_of_free_joints_are_recorded_only_as_poses_of_bodies(tmp_path: Path) -> None:
     names = ["rail.travel", *(f"float.{x}" for x in POSE), "float.angle"]
     layout = SampleLayout(
         [SampleChannel("joint/position", names, "m or rad", 0, 9), SampleChannel("pose/crate", POSE, "m", 9, 16)]

@@ -43,7 +43,9 @@ def embedded(page: Path) -> dict:
     return json.loads(found[1])
 
 
-def test_the_page_contains_samples_shapes_rope_lines_and_stages_of_the_recording(page: Path, tmp_path: Path) -> None:
+def test_the_page_of_a_recording_contains_its_samples_and_shapes_and_rope_lines_and_stages(
+    page: Path, tmp_path: Path
+) -> None:
     run, rec = embedded(page), Recording(tmp_path / "run.mcap")
     signal = rec.signal("rope/tension")
     assert np.array_equal(np.frombuffer(base64.b64decode(run["rows"]["t"]), "<f8"), signal.t)
@@ -79,7 +81,7 @@ def test_the_page_of_a_recording_loads_nothing_from_the_network(page: Path) -> N
     assert "url(" not in text
 
 
-def test_text_of_a_scene_cannot_become_markup_on_the_page(page: Path) -> None:
+def test_text_of_a_scene_cannot_become_markup_on_the_page_of_its_recording(page: Path) -> None:
     text = page.read_text()
     assert text.count("<script") == 2
     assert "<img src" not in text
@@ -88,7 +90,7 @@ def test_text_of_a_scene_cannot_become_markup_on_the_page(page: Path) -> None:
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the page with")
 @pytest.mark.large
-def test_the_page_shows_the_instant_of_the_recording_that_its_web_address_gives(page: Path) -> None:
+def test_the_page_of_a_recording_opens_at_the_instant_that_its_web_address_states(page: Path) -> None:
     dom = subprocess.run(
         [
             str(CHROMIUM), "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
@@ -115,7 +117,7 @@ def test_recordings_that_cannot_be_shown_on_a_page_are_reported(tmp_path: Path, 
         view(path, tmp_path / "run.pdf")
 
 
-def test_a_second_run_shown_on_the_page_for_comparison_is_transparent_and_dashed(
+def test_on_the_page_of_a_recording_a_second_run_for_comparison_is_transparent_and_dashed(
     begin: Callable[[], Recorder], batch: Callable[[int, int], bytes], page: Path, tmp_path: Path
 ) -> None:
     with begin() as rec:

@@ -18,7 +18,7 @@ from heavylift.recordings.render import outline, spread
 from heavylift.recordings.render.plot import FINE, _most_used
 
 
-def test_info_shows_peaks_and_channels_of_a_run(recorded: Path) -> None:
+def test_the_command_info_shows_peaks_and_channels_of_a_recording(recorded: Path) -> None:
     text = info(recorded)
     rec = Recording(recorded)
     assert text.splitlines()[:4] == [
@@ -42,7 +42,7 @@ def test_info_shows_peaks_and_channels_of_a_run(recorded: Path) -> None:
     assert "  lift.yaml   13 B" in text
 
 
-def test_info_shows_the_cause_of_a_failed_run(begin: Callable[[], Recorder]) -> None:
+def test_the_command_info_shows_the_cause_of_a_failed_run(begin: Callable[[], Recorder]) -> None:
     path = begin().close("failed", "west: rope H1 broke at 12 s")
     assert "  status    failed: west: rope H1 broke at 12 s\n" in info(path)
 
@@ -50,7 +50,7 @@ def test_info_shows_the_cause_of_a_failed_run(begin: Callable[[], Recorder]) -> 
 @pytest.mark.parametrize(
     ("seconds", "text"), [(0.0, "0 s"), (3.21, "3.21 s"), (245.0, "4 min 05 s"), (3964.4, "1 h 06 min 04 s")]
 )
-def test_durations_are_written_in_words(seconds: float, text: str) -> None:
+def test_durations_in_messages_are_written_in_words(seconds: float, text: str) -> None:
     assert duration(seconds) == text
 
 
@@ -99,7 +99,7 @@ def test_recordings_that_cannot_be_plotted_are_reported(
         plot(bare.close(), tmp_path / "run.png")
 
 
-def test_labels_in_plots_move_apart_and_keep_their_order() -> None:
+def test_overlapping_labels_in_plots_are_moved_apart_and_keep_their_order() -> None:
     room = [100.0, 100.0, 95.0, 90.0]
     assert spread([10, 40, 60, 80], room, 10) == [10, 40, 60, 80]
     assert spread([50, 50, 50, 90], room, 10) == [40, 50, 60, 90]
@@ -132,7 +132,7 @@ def test_plots_of_one_recording_are_written_to_files_with_distinct_names(
     assert message == [f"{recorded.parent}/run{ending}" for ending in (".png", "-lift.png", "-signals.png")]
 
 
-def test_a_lift_is_rendered_as_a_film(recorded: Path, tmp_path: Path) -> None:
+def test_a_recorded_lift_is_rendered_as_a_film(recorded: Path, tmp_path: Path) -> None:
     from PIL import Image
 
     with Image.open(storyboard(recorded, tmp_path / "lift.gif")) as film:

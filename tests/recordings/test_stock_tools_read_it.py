@@ -27,7 +27,7 @@ def decoded(schema: Any, data: bytes) -> Any:
     return message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name)).FromString(data)
 
 
-def test_all_checksums_of_a_recording_hold_and_every_channel_has_a_schema(recorded: Path) -> None:
+def test_all_checksums_of_a_recording_are_correct_and_every_channel_has_a_schema(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         messages = list(NonSeekingReader(stream, validate_crcs=True).iter_messages())
         stream.seek(0)
@@ -136,7 +136,9 @@ def test_a_recording_without_shapes_and_ropes_has_no_messages_on_the_topics_of_s
 
 
 @pytest.mark.skipif(importlib.util.find_spec("mcap_protobuf") is None, reason="mcap-protobuf-support is not installed")
-def test_the_stock_protobuf_decoder_reads_every_message(recorded: Path, rows: NDArray[np.float64]) -> None:
+def test_the_standard_protobuf_library_decodes_every_recorded_message(
+    recorded: Path, rows: NDArray[np.float64]
+) -> None:
     from mcap_protobuf.decoder import DecoderFactory
 
     with recorded.open("rb") as stream:

@@ -121,7 +121,7 @@ def test_the_report_is_printed_to_pdf_if_a_browser_exists(
     )
 
 
-def test_a_mechanism_without_ropes_and_stages_has_a_report(tmp_path: Path) -> None:
+def test_the_report_of_a_recorded_mechanism_needs_neither_ropes_nor_stages(tmp_path: Path) -> None:
     run(load("pendulum", ["end=2 s"]), tmp_path / "pendulum.mcap", in_process=True)
     text = report(tmp_path / "pendulum.mcap", tmp_path / "pendulum.html").read_text()
     assert "<h2>Scene</h2>" in text
@@ -190,7 +190,7 @@ def test_the_report_names_the_project_that_the_scene_or_the_command_states(tmp_p
     ]
 
 
-def test_the_report_has_blank_cells_for_signatures(lifts: dict[str, Path]) -> None:
+def test_the_printed_report_of_a_lift_has_blank_cells_for_signatures(lifts: dict[str, Path]) -> None:
     issue = report_sheet(Recording(lifts["hall"]), revision="B", author="A. Planner").tables[0]
     assert issue.blank
     assert [row[0] for row in issue.rows] == ["revision", "prepared", "checked", "approved"]

@@ -20,7 +20,7 @@ from small_run import SECOND
 PAGE = Path(__file__).parents[2] / "recordings/READING.md"
 
 
-def test_every_code_block_of_the_page_about_reading_runs_can_be_executed(
+def test_the_code_blocks_on_the_documentation_page_about_reading_recordings_can_be_executed(
     recorded: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(recorded.parent)
@@ -33,7 +33,7 @@ def test_every_code_block_of_the_page_about_reading_runs_can_be_executed(
         exec(compile(block, str(PAGE), "exec"), names)
 
 
-def test_reading_a_signal_reads_no_other_data(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reading_one_signal_of_a_recording_reads_no_other_data(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rec = Recording(recorded)
     asked: list[str] = []
     plain = rec.numbers

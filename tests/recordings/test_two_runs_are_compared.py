@@ -36,7 +36,7 @@ TENSION = np.array([[1e5, 2e5], [3e5, 2e5], [4e5, 1e5], [4.5e5, 0.0], [2e5, 0.0]
 STAGES = [(0, "take up"), (1, "hoist"), (3, "lower")]
 
 
-def test_equal_runs_are_compared_as_equal_by_their_digest(write: Write) -> None:
+def test_two_equal_runs_are_recognised_by_their_equal_digests(write: Write) -> None:
     found = compare(write("a.mcap", TENSION, STAGES), write("b.mcap", TENSION, STAGES))
     assert found.equal
     assert str(found).splitlines()[0] == (

@@ -16,7 +16,7 @@ import attacks
 
 
 @pytest.mark.parametrize("attack", [attacks.cells, attacks.workbooks, attacks.viewers, attacks.pickles])
-def test_attacks_by_unauthenticated_clients_fail(attack, tmp_path: Path) -> None:
+def test_clients_without_a_password_cannot_attack_a_run(attack, tmp_path: Path) -> None:
     tries = list(attack(tmp_path, True))
     assert len(tries) >= 8
     assert [what for what, promised in tries if not promised] == []

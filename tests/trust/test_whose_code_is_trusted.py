@@ -51,7 +51,7 @@ def test_a_link_in_place_of_a_trusted_folder_is_not_trusted(own: Path, tmp_path:
 
 
 @pytest.mark.parametrize("part", [".", "mine.py"])
-def test_files_writable_by_others_are_not_trusted(own: Path, part: str) -> None:
+def test_python_files_that_other_users_can_write_are_not_trusted(own: Path, part: str) -> None:
     (own / part).chmod(0o777)
     assert trust.refusal("own/mine.py").endswith(f"take that from them: chmod go-w {own / part}")
     assert trust.refusal("own/package/__init__.py" if part == "mine.py" else "own/package/inner/laws.py") == (

@@ -52,7 +52,9 @@ def sent(reading: Reading) -> dict[str, Counter[str]]:
     return found
 
 
-def test_the_scene_turnover_has_ten_models_and_the_kernel(reading: Reading, sent: dict[str, Counter[str]]) -> None:
+def test_the_scene_turnover_consists_of_ten_models_and_the_kernel(
+    reading: Reading, sent: dict[str, Counter[str]]
+) -> None:
     assert set(sent) == {*SENT, "kernel"}
     assert len(SENT) == 10
 

@@ -106,14 +106,14 @@ def peak(system: System) -> float:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_the_snap_force_of_a_neutral_load_is_that_of_the_rule(seed: int) -> None:
+def test_the_snap_force_on_a_neutrally_buoyant_load_is_that_of_the_dnv_rule(seed: int) -> None:
     """F = v sqrt(K (M + A33)): all kinetic energy goes into the line, of which the rule leaves the weight out."""
     x = SubseaLift(seed)
     assert peak(x.system(weight=0.0, v=x.v)) == pytest.approx(x.v * sqrt(x.K * (x.M + x.A)), rel=PEAK)
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_weight_and_snap_force_of_the_rule_bound_the_peak_of_a_heavy_load(seed: int) -> None:
+def test_the_peak_tension_of_a_heavy_load_exceeds_the_snap_force_of_the_rule_by_one_to_two_weights(seed: int) -> None:
     """Exactly W + sqrt(W^2 + F^2), which lies between F + W and F + 2 W."""
     x = SubseaLift(seed)
     snap, found = x.v * sqrt(x.K * (x.M + x.A)), peak(x.system(v=x.v))

@@ -34,7 +34,7 @@ def test_the_summary_of_the_comparison_page_states_the_number_of_its_rows() -> N
     assert all(number == within + missed for number, within, missed in counted)
 
 
-def test_every_missed_case_on_the_comparison_page_states_why() -> None:
+def test_every_comparison_that_misses_its_reference_states_why_on_the_page_of_comparisons() -> None:
     text = PAGE.read_text()
     for case in CASES:
         part = text.partition(f"| [{case.source}](")[2].partition("\n| [")[0].partition("\n\n")[0]

@@ -47,7 +47,7 @@ def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
 
 
 class Freezer:
-    """Serialiser that stores an object which it has met before as a numbered reference."""
+    """Serialiser that writes each object once, and a numbered reference wherever the object occurs again."""
 
     def __init__(self, around: Sequence[object] = ()) -> None:
         self._met: list[object] = [*around]  # kept, so that no id is given twice

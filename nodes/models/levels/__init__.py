@@ -42,7 +42,7 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 class Pass(NamedTuple):
-    """A simplification of a machine model, with a test whether it leaves the motion unchanged.
+    """A simplification of a machine model, with a test of whether it leaves the motion unchanged.
 
     `guard` returns the reason why the motion of a plan stays unchanged, or "" if it may change."""
 

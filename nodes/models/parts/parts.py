@@ -177,7 +177,7 @@ def share(outer: Coupled, child: Model) -> None:
 
 
 class Group(Coupled):
-    """A coupled model with the four ports of `LiveActor`, which are connected to all live actors in it."""
+    """A coupled model of live actors, with ports for the orders, state events, inputs and reports of all of them."""
 
     order = In(Order)
     state = In(StateEvent)

@@ -93,7 +93,7 @@ class Levelling:
         return sum(share * self._rises(x, hooks) for share, (x, _) in zip(shares, above, strict=True))
 
     def moves(self, path: Path, phrase: OrderPhrase, block: str, found: Sequence[OrderTarget]) -> list[Pair]:
-        """Return the moves that level a block: of the hooks that hoist, then of those that lower.
+        """Return the moves that level a block, first of the hooks that hoist, then of the hooks that lower.
 
         An error is added if these hooks hold none or all of the block's attachment points."""
         actors = {actor.name: actor for actor in found}
@@ -123,7 +123,7 @@ class Levelling:
 
 
 def apart(places: Sequence[tuple[Vector, float]], turned: float) -> tuple[Vector, Vector] | None:
-    """Return the centres of the lugs that the moving hooks raise and of all other lugs; None if both are too close.
+    """Return the centres of the lugs that the moving hooks raise and of all other lugs; None if they are too close.
 
     The first centre is moved vertically to where it is when the block is level at the angle `turned` [rad]. `places`:
     each lug with the share (0 to 1) by which it rises with the hooks.
@@ -167,7 +167,7 @@ def angle_of(joint: str) -> str:
 
 
 def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Follow | str:
-    """Return the law by which a winch keeps its hook at one height while the boom luffs, or why it cannot."""
+    """Return the law by which a winch keeps its hook at one height while the boom luffs, or why there is none."""
     own = next(m for m in mechanisms if m.name == move.model)
     luffs = next(d.joint for d in own.system.drives if d.name == move.actuator)
     boom, actuator = _boom(own, rope), next(a for a in own.actuators if a.name == move.actuator)

@@ -72,5 +72,5 @@ def box(mass: float, size: Vector) -> Vector:
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
-    """Return the lugs of a lifting beam's slings in the order of the beam's ends; two lugs by x coordinate."""
+    """Return the lugs of a lifting beam's slings in the order of the beam's ends; two lugs are sorted by x."""
     return sorted(lugs, key=lambda lug: u[lug]) if len(lugs) == 2 else lugs

@@ -145,7 +145,7 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
 
 
 def immersion(name: str, block: schema.Block, given: Splash) -> Immersion:
-    """Return the buoyancy of an upright block, which acts at its centre of mass."""
+    """Return the buoyancy force law of an upright block, applied at the block's centre of mass."""
     depths, forces = zip(*given.buoyancy, strict=True)
     below = 0.5 * block.size[2] + block.com[2]
     return Immersion(f"{name}.water", Point(name, block.com), below, given.level, depths, forces)

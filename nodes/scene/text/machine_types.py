@@ -98,7 +98,7 @@ def gather(source: SourceText) -> None:
 def expand(source: SourceText) -> bool:
     """Replace each crane and frame by the parts of its type; return whether all expressions could be computed.
 
-    Errors are added to the source. Without all results, the data cannot be processed further."""
+    Errors are added to the scene. Without all results, the data cannot be processed further."""
     computed = True
     own = source.data.pop("types", {})
     inline = own if isinstance(own, dict) else {}

@@ -84,7 +84,7 @@ def override(source: SourceText, setting: str, default: Callable[[SourceText, Pa
 
 
 def path_in(source: SourceText, text: str) -> Path:
-    """Return the path in the data of a scene that corresponds to a path as a user has written it."""
+    """Return the path in the data of a scene for a path in the user's spelling."""
     path: list[str | int] = []
     if (named := STAGE.fullmatch(text)) and named[1] in (stages := _stages(source)):
         path, text = ["actions", stages.index(named[1])], named[2]

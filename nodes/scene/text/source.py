@@ -117,7 +117,7 @@ class SourceText:
         return text
 
     def path_of(self, where: str) -> Path:
-        """Return the path of the value whose place in the file is `where`, as returned by the method of this name."""
+        """Return the path of the value at a place in the file; the inverse of the method `where`."""
         return self.places.get(where, ())
 
 

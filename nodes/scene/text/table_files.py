@@ -39,7 +39,7 @@ class TableCell:
 
 @dataclass(frozen=True)
 class TableColumn:
-    """The head of a table column: key, unit and, for one coordinate of a place, the axis (x, y or z)."""
+    """The head of a table column: key, unit and, for one coordinate of a point, the axis (x, y or z)."""
 
     key: str
     axis: str

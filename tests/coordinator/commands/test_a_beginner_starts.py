@@ -61,13 +61,13 @@ def test_the_json_schema_of_scenes_states_the_unit_and_default_and_meaning_of_ea
     assert off_lead["description"].startswith("of ropes that carry a load; assumed")
 
 
-def test_doctor_checks_the_installation() -> None:
+def test_the_command_doctor_checks_the_installation_of_heavylift() -> None:
     found = {finding.what: finding for finding in findings()}
     assert {found[name].state for name in ("heavylift", "eclipse-zenoh", "ruamel.yaml", "cache")} == {"ok"}
     assert found["a short run"].message.startswith("21 samples of a pendulum in ")
 
 
-def test_doctor_reports_a_broken_installation_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_doctor_reports_a_broken_installation_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
     message = [
         HealthFinding("numpy", "ok", "2"),
         HealthFinding("browser", "missing", "none"),

@@ -54,7 +54,7 @@ def test_the_verdict_decides_the_exit_code_of_the_commands_run_resume_and_branch
 
 @pytest.mark.large(beyond=2)
 @pytest.mark.parametrize("option", OPTIONS)
-def test_check_and_limits_exit_with_code_1_on_a_red_verdict_without_any_option(
+def test_the_commands_check_and_limits_exit_with_code_1_on_a_red_verdict(
     option: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -65,7 +65,7 @@ def test_check_and_limits_exit_with_code_1_on_a_red_verdict_without_any_option(
 
 @pytest.mark.large(beyond=2)
 @pytest.mark.parametrize("option", OPTIONS)
-def test_the_worst_row_of_a_study_decides_its_exit_code(
+def test_the_worst_verdict_in_a_study_decides_the_exit_code_of_its_command(
     option: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Errors are not measured in each row, so that a row is amber at best."""

@@ -11,7 +11,9 @@ UNSET = ("LANG", "LC_ALL", "LC_CTYPE", "PYTHONUTF8", "PYTHONIOENCODING")
 
 
 @pytest.mark.parametrize("given", [{"LC_ALL": "C", "PYTHONUTF8": "0"}, {"PYTHONIOENCODING": "ascii"}], ids=str)
-def test_check_accepts_a_scene_file_with_any_characters_in_its_name(tmp_path: Path, given: dict[str, str]) -> None:
+def test_the_command_check_accepts_a_scene_file_with_any_characters_in_its_name(
+    tmp_path: Path, given: dict[str, str]
+) -> None:
     folder = tmp_path / "Überhänge 船"
     folder.mkdir()
     (folder / "größe.yaml").write_text("heavylift: 1\nname: a\nextends: pendulum\nend: soon\n", encoding="utf-8")

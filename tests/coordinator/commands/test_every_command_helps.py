@@ -135,7 +135,7 @@ def test_mistakes_on_the_command_line_end_with_a_one_sentence_error(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_shell_completes_scenes_and_recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_shell_completion_offers_scenes_and_recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name in ("turn.yaml", "run.mcap", "cut.mcap.part", "notes.txt", ".hidden.mcap"):
         (tmp_path / name).touch()
@@ -162,5 +162,5 @@ def test_heavylift_answers_a_request_for_shell_completion(
     assert heavylift(capsys)[1] == offered
 
 
-def test_the_version_option_prints_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_option_version_prints_the_version_of_heavylift(capsys: pytest.CaptureFixture[str]) -> None:
     assert heavylift(capsys, "--version") == (0, f"heavylift {version('heavylift')}\n", "")

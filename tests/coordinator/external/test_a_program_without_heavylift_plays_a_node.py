@@ -82,7 +82,7 @@ def test_a_run_does_not_overwrite_an_existing_file_with_the_name_of_its_ticket(
         "leave out --in-process or --external",
     }.items(),
 )
-def test_models_that_cannot_run_externally_are_refused_before_the_run(
+def test_models_that_an_external_program_cannot_run_are_refused_before_the_run(
     monkeypatch, capsys, more: str, said: str
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["heavylift", "devs", RING, *more.split()])

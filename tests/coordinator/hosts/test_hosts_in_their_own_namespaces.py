@@ -69,7 +69,7 @@ def test_a_run_on_two_hosts_has_the_same_digest_as_on_one(
     assert over(cable, tmp_path, keys) == truth
 
 
-def test_a_network_that_delays_and_loses_packets_changes_no_byte_of_the_recording(
+def test_a_network_that_delays_and_loses_packets_does_not_change_any_byte_of_the_recording(
     cable: tuple[str, str], tmp_path: Path, keys: Path, truth: str
 ) -> None:
     for name, device in zip(cable, ("yard-a", "yard-b"), strict=True):

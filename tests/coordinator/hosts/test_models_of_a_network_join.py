@@ -17,7 +17,7 @@ def build():
 
 
 @pytest.mark.large
-def test_models_run_on_the_hosts_where_they_are_placed(tmp_path: Path, keys: Path) -> None:
+def test_each_model_runs_on_the_host_on_which_it_is_placed(tmp_path: Path, keys: Path) -> None:
     for host in ("here", "there"):
         (tmp_path / host).mkdir()
         (tmp_path / host / "rings.py").write_text(RING)

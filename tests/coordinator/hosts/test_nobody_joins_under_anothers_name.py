@@ -83,7 +83,7 @@ def test_many_sessions_with_one_certificate_do_not_prevent_another_process_from_
         assert _ask(honest, CRANE, crane) == hub.ticket("crane")
 
 
-def test_text_from_an_unauthenticated_client_is_escaped_before_printing(run: Run) -> None:
+def test_text_from_a_client_without_a_password_is_escaped_before_printing(run: Run) -> None:
     _, text, block, _ = run
     nasty = "\x1b]0;owned\x07\nall is well\u202e" + "x" * 1000
     with remote_session(block) as liar:

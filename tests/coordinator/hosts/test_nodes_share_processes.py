@@ -56,7 +56,7 @@ def test_nodes_that_are_not_placed_have_their_own_process() -> None:
 
 
 @pytest.mark.parametrize(("most", "told"), [(7, True), (8, False)])
-def test_check_suggests_sharing_processes_between_nodes_when_there_are_very_many(
+def test_the_command_check_suggests_that_very_many_nodes_share_processes(
     monkeypatch: pytest.MonkeyPatch, most: int, told: bool
 ) -> None:
     """A yard of three lifts has two machines for each, a commander and the kernel, unless the scene places them."""
@@ -85,7 +85,7 @@ def test_a_wrong_placement_of_nodes_on_processes_is_refused(given: list[str], co
 
 @pytest.mark.parametrize("command", [["run", "lift"], ["devs", "heavylift.nodes.zoo.multi_server_queue:mmc"]])
 @pytest.mark.parametrize("more", [["--processes", "2"], ["--place", "source=a"]])
-def test_the_options_for_one_process_and_for_several_processes_exclude_each_other(
+def test_the_command_options_for_one_process_and_for_several_processes_exclude_each_other(
     command: list[str], more: list[str]
 ) -> None:
     message = CliRunner().invoke(app, [*command, "--in-process", *more])
@@ -113,7 +113,7 @@ def test_a_scene_can_state_the_placement_of_its_nodes() -> None:
         ("  a b: [crane]\n", 0, ":3: error: placement.a b: a name has letters, digits, '-' and '_' only"),
     ],
 )
-def test_a_wrong_placement_in_a_scene_is_reported_with_its_line_in_the_scene(
+def test_an_invalid_placement_of_nodes_is_reported_with_its_line_in_the_scene(
     placement: str, line: int, told: str
 ) -> None:
     """`line`: of the placement, from 0."""
@@ -142,7 +142,7 @@ def test_the_number_of_node_processes_does_not_change_any_byte_of_the_recording(
 
 
 @pytest.mark.large
-def test_info_shows_which_nodes_shared_a_process(truth: str, tmp_path: Path) -> None:
+def test_the_command_info_shows_which_nodes_shared_a_process(truth: str, tmp_path: Path) -> None:
     path = str(tmp_path / "lift.mcap")
     message = CliRunner().invoke(app, ["run", "lift", "--place", "crane,kernel=a", "--place", "block=b", "-o", path])
     assert message.exit_code == 0, message.output

@@ -26,7 +26,7 @@ def test_each_command_for_one_host_on_the_hosts_page_gives_the_same_digest(tmp_p
 
 
 @pytest.mark.large
-def test_the_commands_on_the_hosts_page_for_two_hosts_join_in_one_run(tmp_path: Path, truth: str) -> None:
+def test_the_commands_printed_on_the_hosts_page_for_two_hosts_join_one_run(tmp_path: Path, truth: str) -> None:
     pytest.importorskip("cryptography", reason="no package 'cryptography': certificates cannot be made")
     port = str(free_port())
     made, run, node = (
@@ -42,7 +42,7 @@ def test_the_commands_on_the_hosts_page_for_two_hosts_join_in_one_run(tmp_path: 
     assert Recording(tmp_path / "lift.mcap").result["digest"] == truth
 
 
-def test_the_scene_on_the_hosts_page_can_be_read() -> None:
+def test_the_scene_on_the_documentation_page_about_hosts_can_be_loaded() -> None:
     (placement,) = (block for block in BLOCKS if block.startswith("placement:"))
     loaded = parse(f"heavylift: 1\nname: lift\nextends: lift\n{placement}")
     assert loaded.facts.placement == {"crane": "yard-a", "block": "yard-a", "kernel": "yard-b"}

@@ -35,7 +35,9 @@ def test_tighter_time_steps_give_smaller_errors_and_the_cheapest_sufficient_mode
     assert measured.advice.startswith(f"Use {measured.pick}: ")
 
 
-def test_page_table_and_figure_of_a_trade_off_show_the_same_numbers(measured: MeasuredLadder, tmp_path: Path) -> None:
+def test_page_and_table_and_figure_of_a_speed_against_accuracy_trade_off_show_the_same_numbers(
+    measured: MeasuredLadder, tmp_path: Path
+) -> None:
     for kind in (".html", ".csv", ".json", ".png", ".svg"):
         write(measured, tmp_path / f"out{kind}")
     html, data = (tmp_path / "out.html").read_text(), json.loads((tmp_path / "out.json").read_text())

@@ -45,7 +45,7 @@ def test_a_run_in_real_time_waits_until_the_clock_has_passed_the_time_of_an_even
     assert clock.wait(FOREVER) == float("inf")
 
 
-def test_lateness_is_measured_and_a_pause_stops_the_clock() -> None:
+def test_the_lateness_of_a_real_time_run_is_measured_and_a_pause_stops_its_clock() -> None:
     clock = Clock(1.0)
     clock.horizon(Tag(0))
     for late in (0.0, 0.002, 0.1):

@@ -167,7 +167,7 @@ def test_an_operator_can_unhook_slings_from_the_block_to_which_an_earlier_order_
     assert [x.refused for x in said if isinstance(x, OperatorAnswer)] == [""]
 
 
-def test_an_empty_operator_command_ends_the_run() -> None:
+def test_an_empty_text_as_operator_command_ends_the_run() -> None:
     text = commander((seconds(3), OperatorCommand("stop")))
     assert text[-1] == (3.0, Finished())
     assert not [

@@ -87,7 +87,7 @@ def test_a_run_in_progress_is_found_by_its_recording_run_id_or_scene(frozen_run)
         find("tower")
 
 
-def test_watch_prints_lines_with_stage_and_units_or_json(frozen_run) -> None:  # type: ignore[no-untyped-def]
+def test_the_command_watch_prints_events_as_lines_with_stage_and_units_or_as_json(frozen_run) -> None:  # type: ignore[no-untyped-def]
     run, _ = frozen_run
     wanted = ["watch", run.notice.recording, "--topics", "crane.input"]
     with going(Path(), *wanted) as text, going(Path(), *wanted, "--json") as data:
@@ -102,7 +102,7 @@ def test_watch_prints_lines_with_stage_and_units_or_json(frozen_run) -> None:  #
 
 
 @pytest.mark.large
-def test_a_killed_run_is_reported_to_its_observers(frozen_run) -> None:  # type: ignore[no-untyped-def]
+def test_observers_of_a_run_receive_a_report_if_the_run_is_killed(frozen_run) -> None:  # type: ignore[no-untyped-def]
     run, process = frozen_run
     observer = observe(run)
     with going(Path(), "watch", run.notice.run) as watching:
@@ -117,7 +117,7 @@ def test_a_killed_run_is_reported_to_its_observers(frozen_run) -> None:  # type:
     assert error == f"heavylift: the run has failed at {seen[-1].t * 1e-9:.6f} s: its coordinator was killed\n"
 
 
-def test_watching_a_finished_run_is_refused(tmp_path: Path) -> None:
+def test_the_command_watch_refuses_a_run_that_has_ended(tmp_path: Path) -> None:
     (tmp_path / "old.mcap").touch()
     code, _, error = said(tmp_path, "watch", "old.mcap")
     assert code == 1

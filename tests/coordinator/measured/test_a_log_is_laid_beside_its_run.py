@@ -34,7 +34,7 @@ def test_a_measured_log_is_compared_with_the_run_at_the_times_of_the_log(beside:
     assert abs(at["offset"] + 695.0) < 3.0 * at["sigma"] < 0.1
 
 
-def test_the_error_of_a_measured_channel_is_compared_with_its_uncertainty(beside: Path) -> None:
+def test_the_deviation_of_a_measured_channel_from_the_run_is_compared_with_its_uncertainty(beside: Path) -> None:
     (found,) = Recording(beside).fact("measured")["comparisons"]
     assert found["u_D"] == pytest.approx(2000.0, rel=0.1)  # half of what the map states, and the time
     assert found["u_num"] < 100.0

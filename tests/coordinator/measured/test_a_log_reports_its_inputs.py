@@ -52,20 +52,20 @@ def test_estimated_inputs_are_within_their_uncertainty_on_random_logs() -> None:
         assert 0.7 < np.std(off) < 1.3  # and the uncertainty is no larger than it need be
 
 
-def test_inputs_that_do_not_affect_the_log_are_reported_by_name() -> None:
+def test_uncertain_inputs_that_do_not_affect_a_measured_log_are_reported_by_name() -> None:
     found = fitted(np.random.default_rng(1), np.array([1.1e6, 0.6, 1.0, 1.0]), [0, 3])
     assert set(found.values) == {0}
     assert "hardly depends on it" in found.unknown[1]
 
 
-def test_inputs_that_cannot_be_distinguished_are_named_together() -> None:
+def test_uncertain_inputs_whose_effects_on_a_log_cannot_be_distinguished_are_named_together() -> None:
     found = fitted(np.random.default_rng(1), np.array([1.1e6, 0.62, 1.0, 1.0]), [0, 1, 2])
     assert set(found.values) == {1}  # the share alone
     assert "cannot distinguish it from twin (correlation 1.0000)" in found.unknown[0]
     assert "cannot distinguish it from weight" in found.unknown[2]
 
 
-def test_a_kink_in_the_response_to_an_input_is_not_mistaken_for_noise() -> None:
+def test_a_kink_in_the_response_to_an_uncertain_input_is_not_mistaken_for_numerical_noise() -> None:
     """Where the load takes over depends on how far from the middle it hangs, to whichever side."""
     rng = np.random.default_rng(7)
 
@@ -80,7 +80,7 @@ def test_a_kink_in_the_response_to_an_input_is_not_mistaken_for_noise() -> None:
     assert abs(found.values[0] - 0.06) < 3.0 * found.sigma[0] < 3e-3
 
 
-def test_noise_in_a_simulation_is_not_mistaken_for_the_effect_of_an_input() -> None:
+def test_numerical_noise_of_a_simulation_is_not_mistaken_for_the_effect_of_an_input() -> None:
     rng = np.random.default_rng(8)
     jitter = lambda p: model(np.array([1e6 + 1e4 * rng.standard_normal(), 0.6, 1.0, 1.0]))  # noqa: E731
     given = told(rng, START, 0.0)

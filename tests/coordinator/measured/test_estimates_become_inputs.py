@@ -68,7 +68,7 @@ def test_several_inputs_of_random_tackles_are_estimated_from_logs(seed: int, tmp
         assert abs(value - true[name]) < 1.75 * half, name  # 3.5 standard uncertainties
 
 
-def test_an_estimated_input_that_the_scene_text_does_not_state_is_added() -> None:
+def test_an_estimated_input_that_the_scene_does_not_state_is_added_to_its_text() -> None:
     scene = load("lift")
     fitted = inputs(scene, ["block.com.x", "block.mass", "cranes.crane.rope damping", "rig.sling.EA"])
     given = {p.name: text for p, text in zip(fitted, [("0.21 m", "0.02 m"), ("306.1 t", "1.2 t"), ("0.05", "0.01"),
@@ -111,7 +111,7 @@ def test_estimating_one_input_leaves_all_others_unchanged() -> None:
         ("rig.sling.WLL", "the scene gives this input no value"),
     ],
 )
-def test_unknown_inputs_to_estimate_are_refused(name: str, what: str) -> None:
+def test_estimating_an_input_that_the_scene_does_not_have_is_refused(name: str, what: str) -> None:
     with pytest.raises(SceneError, match=f"input {name}: ") as message:
         inputs(load("lift"), [name])
     assert what in str(message.value)

@@ -60,7 +60,7 @@ def refused(run: Path, path: Path, *maps: str, offset: float | None = None) -> s
         ({"time [s]": T[:1], "cell": CELL[:1]}, 2, "time", "the log needs at least two rows"),
     ],
 )
-def test_a_fault_in_a_measured_log_is_reported(
+def test_a_fault_in_a_measured_log_is_reported_with_its_row_and_column(
     run: Path, tmp_path: Path, columns: dict[str, list[object]], row: int, column: str, what: str
 ) -> None:
     path = log(tmp_path / "log.csv", columns)
@@ -121,7 +121,7 @@ def test_a_file_that_is_not_a_measured_log_is_refused(run: Path, tmp_path: Path)
         assert what in refused(run, path)
 
 
-def test_common_formats_of_data_loggers_are_read(run: Path, tmp_path: Path) -> None:
+def test_measured_logs_in_common_formats_of_data_loggers_are_read(run: Path, tmp_path: Path) -> None:
     """Semicolons with decimal commas, dates, a mark at the beginning, blank lines, tonnes."""
     path = tmp_path / "log.csv"
     path.write_bytes(b"\xef\xbb\xbfZeit;Last [t]\r\n2024-05-01T06:00:00;1,5\r\n\r\n2024-05-01T06:00:00.5;2,5\r\n")

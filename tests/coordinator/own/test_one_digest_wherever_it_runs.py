@@ -33,7 +33,7 @@ def truth() -> dict[str, str]:
     return {delay: play(damper(delay).plan).digest for delay in DELAYS}
 
 
-def test_a_user_model_with_another_delay_gives_another_digest(truth: dict[str, str]) -> None:
+def test_a_user_model_with_a_changed_delay_gives_a_run_with_another_digest(truth: dict[str, str]) -> None:
     assert len({*truth.values()}) == len(DELAYS)
 
 

@@ -30,7 +30,7 @@ def mechanics(run: Played) -> tuple[bytes, bytes, list[object], list[tuple[int, 
 
 @pytest.mark.parametrize(("name", "signal", "period", "sets"), CASES)
 @pytest.mark.large(beyond=4)
-def test_an_observer_changes_no_byte_of_a_recording(
+def test_observing_a_run_does_not_change_any_byte_of_its_recording(
     folder: Path, name: str, signal: str, period: str, sets: tuple[str, ...]
 ) -> None:
     heard = play(listening(folder, name, signal, period, sets).plan)

@@ -115,7 +115,7 @@ def test_a_global_variable_that_holds_a_model_is_reported_before_the_run() -> No
 
 
 @pytest.mark.parametrize("where", [{"in_process": True}, {"processes": 2}], ids=["one process", "two"])
-def test_models_in_different_processes_may_read_the_same_global_constants(where: dict[str, Any]) -> None:
+def test_models_in_different_processes_may_read_constants_of_the_same_module(where: dict[str, Any]) -> None:
     assert run("yard('look')", **where) == flat("yard('look')")
     assert "ticker of yard yard 3 [1, 2, 3]" in flat("yard('look')")
 
@@ -208,7 +208,7 @@ def test_a_long_chain_of_models_with_zero_delay_runs_if_the_microstep_limit_allo
 
 
 @pytest.mark.parametrize("limit", [0, -5, 1.5, True, 2**40])
-def test_an_invalid_limit_of_microsteps_is_refused(limit: Any) -> None:
+def test_an_invalid_limit_for_the_number_of_microsteps_is_refused(limit: Any) -> None:
     assert run("chain(3)", microsteps=limit) == (
         f"microsteps={limit!r}: the limit of microsteps at one time must be an int from 1 to 2**31 - 1"
     )
@@ -235,7 +235,7 @@ def test_the_function_run_models_refuses_an_until_time_that_is_not_a_number(unti
 
 
 @pytest.mark.parametrize(("until", "ticks"), [(0, 0), (2, 2), (2.5, 3), (np.int64(2), 2), (1e300, 5), (None, 5)])
-def test_the_function_run_models_takes_its_end_time_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
+def test_the_function_run_models_takes_its_until_time_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
     (own_modules / "ticks.py").write_text(TICKS)
     assert run_models("ticks.py:build", until=until, in_process=True).results["y.t"].n == ticks  # type: ignore[attr-defined]
 

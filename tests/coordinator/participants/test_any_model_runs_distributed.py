@@ -192,7 +192,7 @@ def test_a_run_that_fails_leaves_a_recording_of_all_events_before_the_error(tmp_
     assert text[0] == text[1] == text[2] == [(0, "frame"), (10**9, "frame")]
 
 
-def test_a_thousand_models_in_one_process_form_one_node():
+def test_a_thousand_models_placed_in_one_process_form_one_node():
     run = run_models("heavylift.nodes.zoo.token_ring:ring(1000, 1, 1000)", until=3.001e-6, in_process=True)
     assert (run.grants, run.sim_s) == (1, 3e-6)
 

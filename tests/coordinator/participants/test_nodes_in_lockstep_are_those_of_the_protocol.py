@@ -67,7 +67,7 @@ def test_random_models_give_the_same_run_in_lockstep_and_through_the_protocol(bl
     assert crossing > 1_000
 
 
-def test_a_finish_port_ends_a_run_in_lockstep_and_a_run_by_the_protocol_at_the_same_time() -> None:
+def test_the_port_that_ends_a_run_acts_at_the_same_time_in_lockstep_and_through_the_protocol() -> None:
     finished = 0
     for seed in FEW:
         how = {**_like(seed), "finish": ("g0", "uv"[seed % 2])}

@@ -72,7 +72,7 @@ def test_a_message_that_ends_the_run_takes_effect_on_every_node_after_one_nanose
     assert (D, R) == ([{0: (1, 0), 1: (1, 0)}, {}], [{1: (8, 0)}, {}])
 
 
-def test_a_delay_in_microsteps_keeps_the_time_and_a_delay_in_ns_restarts_the_microsteps() -> None:
+def test_adding_a_delay_in_microsteps_keeps_the_time_and_adding_one_in_ns_resets_the_microsteps() -> None:
     assert plus(Tag(5, 3), (0, 2)) == Tag(5, 5)
     assert plus(Tag(5, 3), (4, 2)) == Tag(9, 2)
     assert plus(Tag(5, 3), None) == plus(FOREVER, (0, 1)) == plus(Tag(5), (NEVER, 0)) == FOREVER
@@ -80,7 +80,7 @@ def test_a_delay_in_microsteps_keeps_the_time_and_a_delay_in_ns_restarts_the_mic
     assert chain((2, 1), (0, 3)) == (2, 4)
 
 
-def test_invalid_couplings_are_reported_by_name() -> None:
+def test_invalid_couplings_between_nodes_are_reported_by_name() -> None:
     with pytest.raises(ProtocolError, match=r"^coupling a\.o -> x\.i: there is no node x$"):
         distances(["a"], [link("a", "x")], {})
     with pytest.raises(

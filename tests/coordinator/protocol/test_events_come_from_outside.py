@@ -100,7 +100,7 @@ def live(seed: int, order: int, known: Script | None = None, slices: bool = True
 
 @pytest.mark.parametrize("slices", [True, False], ids=["with horizons", "as fast as it goes"])
 @pytest.mark.large(beyond=1)
-def test_a_run_with_events_from_outside_equals_a_flat_run_that_receives_them_at_the_same_times(slices: bool) -> None:
+def test_a_run_with_events_from_outside_equals_a_run_in_the_flat_simulator_that_receives_them(slices: bool) -> None:
     text = late = 0
     for seed in MODELS:
         logs, script, events = live(seed, seed, slices=slices)

@@ -101,7 +101,7 @@ def sent(seed: int) -> list[tuple[str, Event]]:
     return message
 
 
-def test_each_input_is_sent_in_exactly_one_grant(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_coordinator_sends_each_input_of_a_node_in_exactly_one_grant(monkeypatch: pytest.MonkeyPatch) -> None:
     truth = [sent(seed) for seed in range(10)]
     assert [len(message) for message in truth] == [len(set(message)) for message in truth]
     assert sum(map(len, truth)) > 300

@@ -45,7 +45,7 @@ def shared(seed: int) -> Run:
     return distributed(seed, seed, cut=seed % 2 > 0, tight=seed % 5 < 2, build=_build(seed), together=seed)
 
 
-def test_random_distributions_over_processes_give_the_log_of_the_flat_run_and_the_same_events() -> None:
+def test_any_distribution_of_models_over_processes_gives_the_log_and_events_of_the_flat_simulator() -> None:
     inside = 0
     for seed in MODELS:
         run = shared(seed)
@@ -56,7 +56,7 @@ def test_random_distributions_over_processes_give_the_log_of_the_flat_run_and_th
     assert inside > 1_000
 
 
-def test_a_finish_port_ends_the_run_at_the_same_time_in_all_placements() -> None:
+def test_the_port_that_ends_a_run_acts_at_the_same_time_in_all_placements_of_nodes() -> None:
     finished = 0
     for seed in MODELS:
         finish = [*_build(seed)(seed).children][seed % 2], "uv"[seed % 2]

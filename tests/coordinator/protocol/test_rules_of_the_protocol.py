@@ -85,7 +85,7 @@ def test_events_are_released_in_total_order_as_soon_as_no_earlier_event_is_possi
 
 
 @pytest.mark.parametrize("order", range(5))
-def test_a_run_ends_at_a_finish_event_at_its_time_bound_or_when_all_nodes_are_passive(order: int) -> None:
+def test_a_run_ends_at_its_time_bound_or_at_its_ending_message_or_when_all_nodes_are_passive(order: int) -> None:
     message: list[Event] = []
     nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
     core = Coordinator(["a", "b"], PAIR, Tag(9), on_event=message.append)

@@ -41,7 +41,7 @@ def test_distributed_runs_log_as_the_flat_simulator_for_any_message_order_and_gr
     assert crossing > 3_000
 
 
-def test_a_finish_event_ends_the_run_at_its_time_and_no_node_advances_beyond_it() -> None:
+def test_no_node_advances_beyond_the_time_of_the_message_that_ends_the_run() -> None:
     finished = 0
     for seed in FEW:
         whole = distributed(seed)

@@ -51,7 +51,7 @@ def test_stored_frames_of_earlier_versions_are_decoded() -> None:
     assert {name: m.decode(reader.open(bytes.fromhex(x))) for name, x in FRAMES[str(WIRE)].items()} == SAID
 
 
-def test_frames_of_another_wire_version_are_refused_with_the_version() -> None:
+def test_message_frames_of_another_protocol_version_are_refused_with_both_versions() -> None:
     others = {version: bytes.fromhex(FRAMES[version]["hello"]) for version in FRAMES if version != str(WIRE)}
     tomorrow = bytes.fromhex(FRAMES[str(WIRE)]["hello"]).replace(MAGIC, b"HLF%d" % (WIRE + 1))
     for version, frame in (others | {str(WIRE + 1): tomorrow}).items():

@@ -96,7 +96,7 @@ def test_nodes_that_reach_the_microstep_limit_by_exchanging_messages_are_reporte
     )
 
 
-def test_a_zero_delay_loop_inside_a_node_is_reported_with_its_atomic_models() -> None:
+def test_a_cycle_without_delay_inside_one_node_is_reported_with_its_atomic_models() -> None:
     pair = Coupled("pair")
     left, right = pair.add(Player("left", serve=ms(5))), pair.add(Player("right"))
     pair.connect(left.out, right.into)

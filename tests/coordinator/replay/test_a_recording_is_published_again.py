@@ -120,7 +120,7 @@ def test_a_replay_publishes_only_the_selected_part_of_a_recording(recorded: Reco
 
 
 @pytest.mark.large
-def test_a_replay_without_a_terminal_has_no_key_control(lift: Path) -> None:
+def test_a_replay_started_without_a_terminal_cannot_be_controlled_by_keys(lift: Path) -> None:
     arguments = [HEAVYLIFT, "replay", lift, "--rate", "1000", "--topics", "*/stage"]
     done = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0
@@ -154,7 +154,7 @@ def test_a_replay_reads_the_terminal_key_by_key_and_restores_its_settings(monkey
     os.close(mine)
 
 
-def test_a_replay_is_shown_in_the_same_page_as_runs(lift: Path, recorded: RecordedRun) -> None:
+def test_a_replayed_recording_is_shown_on_the_same_live_page_as_a_run(lift: Path, recorded: RecordedRun) -> None:
     arguments = [HEAVYLIFT, "replay", lift, "--rate", "1000", "--view"]
     with subprocess.Popen([*arguments, "--from", "5"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
         assert process.stderr is not None

@@ -54,7 +54,7 @@ def test_recorded_quantities_have_names_and_units(lift) -> None:
     assert frame["rope/tension/crane.H1 [N]"].max() <= lift.peaks["crane.H1"].tension
 
 
-def test_simulate_returns_only_the_quantities_named_in_keep(lift) -> None:
+def test_the_function_simulate_returns_only_the_quantities_named_in_its_argument_keep(lift) -> None:
     few = simulate("lift", keep=["rope/tension"])
     assert list(few.signals) == ["rope/tension"]
     assert len(pickle.dumps(few)) < len(pickle.dumps(lift)) / 3
@@ -65,7 +65,7 @@ def test_a_run_of_10_ms_has_101_samples_by_default() -> None:
     assert len(simulate(STICK, 0.01).t) == 101  # one each 0.1 ms
 
 
-def test_concurrent_simulations_in_threads_do_not_interfere(lift) -> None:
+def test_simulations_that_run_concurrently_in_threads_do_not_interfere(lift) -> None:
     scenes = [load("lift", [f"block.mass={mass} t"]) for mass in (250, 300, 350)]
     with ThreadPoolExecutor(3) as pool:
         found = list(pool.map(simulate, scenes))
@@ -73,7 +73,7 @@ def test_concurrent_simulations_in_threads_do_not_interfere(lift) -> None:
     assert [x.digest for x in found] == [simulate(scene).digest for scene in scenes]
 
 
-def test_commands_given_in_python_have_times_in_seconds() -> None:
+def test_operator_commands_passed_to_a_run_from_python_have_times_in_seconds() -> None:
     text = simulate("lift", until=60.0, orders=[(58.0, "crane H1: hoist 0.3 m/min by 0.01 m")])
     assert [(e.t, e.value["text"]) for e in text.events if e.source == "operator"] == [
         (58.0, "crane H1: hoist 0.3 m/min by 0.01 m")

@@ -124,7 +124,7 @@ def test_an_invalid_result_of_a_model_is_reported_with_model_path_and_time(resul
     assert str(message.value).startswith(f"yard.one at (7 s, 0): {sentence}")
 
 
-def test_an_invalid_finish_port_is_refused() -> None:
+def test_an_invalid_name_of_the_port_that_ends_a_run_is_refused() -> None:
     for stop in ("processor.into", "frame.transducer.stop", "done"):
         with pytest.raises(ModelError, match=rf"^--stop {stop}: no child of workshop has this out port; "):
             run_models(work, stop=stop, **HERE)

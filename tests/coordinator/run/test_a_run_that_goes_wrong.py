@@ -194,7 +194,7 @@ def test_an_invalid_command_line_is_reported_in_one_sentence(tmp_path):
 
 
 @pytest.mark.parametrize("arguments", [["doctor", "--help"], ["--help"]])
-def test_a_full_disk_under_redirected_output_is_reported_in_one_sentence(tmp_path, arguments):
+def test_a_full_disk_is_reported_in_one_sentence_if_the_output_of_a_command_is_redirected_to_it(tmp_path, arguments):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run([HEAVYLIFT, *arguments], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 1

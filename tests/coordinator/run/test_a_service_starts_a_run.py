@@ -72,7 +72,7 @@ def test_a_run_accepts_file_names_of_any_bytes_in_any_locale(
         assert done.returncode == 0, (command, done.stdout, done.stderr)
 
 
-def test_calls_from_python_write_text_in_any_locale(tmp_path: Path) -> None:
+def test_functions_called_from_python_write_text_files_in_any_locale(tmp_path: Path) -> None:
     folder = tmp_path / "Kräne"
     folder.mkdir()
     code = "import heavylift; heavylift.run('pendulum', 'a.mcap'); heavylift.sweep('pendulum', ['end=1 s'], into='s')"

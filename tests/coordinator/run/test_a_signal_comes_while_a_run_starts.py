@@ -104,7 +104,7 @@ CASES = [(number, i) for i in range(POINTS) for number in (signal.SIGINT, signal
 
 @pytest.mark.parametrize(("number", "case"), CASES, ids=[f"{number.name}-{i}" for number, i in CASES])
 @pytest.mark.large(beyond=1)
-def test_a_signal_during_the_start_leaves_no_files_behind(
+def test_an_interrupt_during_the_start_of_a_run_leaves_no_files_behind(
     number: signal.Signals, case: int, lines: list[str], tmp_path: Path
 ) -> None:
     point = Random(f"{number.name} {case}").choice(lines)

@@ -54,11 +54,11 @@ def said(tmp_path: Path, script: str) -> str:
     return done.stdout.decode()
 
 
-def test_calls_from_python_print_nothing_without_a_log_handler(tmp_path: Path) -> None:
+def test_functions_called_from_python_print_nothing_without_a_log_handler(tmp_path: Path) -> None:
     assert said(tmp_path, SILENT) == ""
 
 
-def test_a_log_handler_receives_the_messages_of_calls_from_python(tmp_path: Path) -> None:
+def test_a_python_log_handler_receives_the_messages_of_functions_called_from_python(tmp_path: Path) -> None:
     assert said(tmp_path, LISTENING + CALLS) == ""
     heard = (tmp_path / "heard.txt").read_text().splitlines()
     assert "run.mcap exists; writing run-2.mcap" in heard

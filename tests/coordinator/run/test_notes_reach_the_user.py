@@ -76,7 +76,7 @@ def test_a_run_for_which_the_kernel_gives_no_notes_shows_no_notes(tmp_path: Path
 
 @pytest.mark.parametrize("text", [MISSES, RATTLES], ids=["misses", "rattles"])
 @pytest.mark.large(beyond=1)
-def test_a_run_in_several_processes_has_the_notes_and_digest_of_a_run_in_one(text, tmp_path: Path):
+def test_a_run_in_several_processes_has_the_notes_and_the_digest_of_a_run_in_one_process(text, tmp_path: Path):
     alone = run(parse(text), tmp_path / "alone.mcap", in_process=True)
     apart = run(parse(text), tmp_path / "apart.mcap")
     assert alone.notes

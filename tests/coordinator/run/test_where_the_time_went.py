@@ -18,7 +18,7 @@ def test_the_reported_time_of_grant_rounds_is_never_negative():
     assert Budget.of((0.0, 0.0), (1.0, 0.0), (5.0, 2.0), (5.0, 2.0), 3.5).rounds == 0.0
 
 
-def test_the_time_of_a_recording_call_that_raises_an_error_is_counted():
+def test_the_working_time_of_a_recorder_includes_calls_that_raise_an_error():
     class Work(ClockedWork):
         @clocked
         def fail(self):
@@ -33,7 +33,7 @@ def test_the_time_of_a_recording_call_that_raises_an_error_is_counted():
             assert work.spent_s > before
 
 
-def test_run_verbose_prints_the_wall_clock_seconds_of_each_part_of_a_run(tmp_path):
+def test_the_option_verbose_prints_the_wall_clock_seconds_of_each_part_of_a_run(tmp_path):
     message = (
         CliRunner().invoke(app, ["run", "lift", "--in-process", "--verbose", "-o", str(tmp_path / "lift.mcap")]).output
     )

@@ -55,7 +55,7 @@ def test_processes_killed_at_the_start_and_end_of_a_run_are_replaced(digest: str
     assert len(set(replaced(notes))) >= 2 or point == MESSAGES  # who has said all that it had to say may die
 
 
-def test_a_message_about_a_lost_process_states_its_node_the_time_and_the_cause(digest: str) -> None:
+def test_a_message_about_a_lost_process_states_the_node_and_the_time_and_the_cause(digest: str) -> None:
     run, notes = play({60: strike("east", number=signal.SIGSEGV)})
     assert re.fullmatch(
         r"node east is replaced at t = 0\.1\d\d s: its process was ended by signal 11 \(SIGSEGV\)", *notes
@@ -63,7 +63,7 @@ def test_a_message_about_a_lost_process_states_its_node_the_time_and_the_cause(d
     assert run.digest == digest
 
 
-def test_two_processes_lost_at_once_are_replaced(digest: str) -> None:
+def test_two_node_processes_lost_at_the_same_time_are_both_replaced(digest: str) -> None:
     run, notes = play({50: strike("north", "south")})
     assert (run.digest, sorted(replaced(notes))) == (digest, ["north", "south"])
 
@@ -119,7 +119,7 @@ def test_a_lost_process_manager_is_replaced_when_a_process_must_be_started(
         assert set(replaced(notes)) == {"east", "north", "south"}
 
 
-def test_a_process_manager_that_is_resumed_in_time_is_not_replaced(digest: str) -> None:
+def test_a_stopped_process_manager_that_continues_before_the_deadline_is_not_replaced(digest: str) -> None:
     def soon(hub: Troubled) -> None:
         threading.Timer(0.3, keeper(signal.SIGCONT), (hub,)).start()
 
@@ -127,7 +127,7 @@ def test_a_process_manager_that_is_resumed_in_time_is_not_replaced(digest: str) 
     assert (run.digest, replaced(notes)) == (digest, ["south"])
 
 
-def test_process_managers_lost_repeatedly_end_the_run() -> None:
+def test_a_run_ends_with_an_error_if_its_process_manager_is_lost_repeatedly() -> None:
     with pytest.MonkeyPatch.context() as patch:
         original = Processes._launch
 

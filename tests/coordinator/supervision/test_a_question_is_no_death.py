@@ -38,7 +38,7 @@ class Seen:
         return self.vigil.lost("west", 0.0, now)
 
 
-def test_no_node_is_asked_for_a_sign_of_life_before_its_deadline() -> None:
+def test_a_node_receives_no_liveness_query_before_the_deadline_for_its_answer() -> None:
     seen = Seen()
     seen.answers = False
     assert seen.at(9.9) is None
@@ -52,7 +52,7 @@ def test_a_node_that_makes_progress_may_compute_for_longer_than_the_deadline() -
         assert seen.at(10.0 * n) == ""
 
 
-def test_a_node_without_progress_between_two_liveness_queries_counts_as_lost_at_a_reported_line_of_code() -> None:
+def test_a_node_without_progress_between_two_liveness_queries_counts_as_lost_and_its_line_of_code_is_reported() -> None:
     seen = Seen()
     seen.sign = Alive(5)
     assert seen.at(10.0) == ""

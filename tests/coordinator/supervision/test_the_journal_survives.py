@@ -59,7 +59,7 @@ def test_a_journal_file_that_contains_only_zeros_has_no_entry(written: Path) -> 
     assert list(read(written)) == []
 
 
-def test_reading_a_missing_journal_gives_no_entries(tmp_path: Path) -> None:
+def test_reading_a_journal_that_does_not_exist_gives_no_entries(tmp_path: Path) -> None:
     assert list(read(tmp_path / "none.journal")) == []
 
 

@@ -152,7 +152,7 @@ def test_recordings_of_a_study_are_written_if_requested(tmp_path: Path) -> None:
     assert (tmp_path / "study" / study.rows[0]["recording"]).stat().st_size > 1000
 
 
-def test_a_worker_that_dies_loses_only_the_variant_it_was_running(
+def test_a_worker_process_that_dies_loses_only_the_study_variant_that_it_was_running(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[AtOnce] = []
@@ -228,7 +228,7 @@ def test_a_missing_optional_package_for_studies_is_reported_in_one_sentence(
     assert not (tmp_path / "study").exists()
 
 
-def test_an_unknown_sampling_design_is_refused(tmp_path: Path) -> None:
+def test_a_study_with_an_unknown_sampling_design_is_refused(tmp_path: Path) -> None:
     with pytest.raises(HeavyliftError, match="--design 'random' is not a known design; choose sobol or lhs"):
         studied(tmp_path / "study", sample=10, design="random")
 
@@ -257,7 +257,7 @@ studied({str(tmp_path / "study")!r})
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_variant_has_the_same_digest_in_a_worker_that_ran_other_variants_before(tmp_path: Path, seed: int) -> None:
+def test_a_study_variant_has_the_same_digest_in_a_worker_that_has_run_other_variants(tmp_path: Path, seed: int) -> None:
     """Random variants of several structures in one process, in two orders, and as `run` has them."""
     random = Random(seed)
     masses = ", ".join(f"{random.uniform(0.5, 5.0)!r} kg" for _ in range(2))

@@ -29,7 +29,7 @@ def test_a_system_is_simulated_for_all_combinations_of_parameter_values(threads)
     assert rows[1]["end"] == pytest.approx(2.0 * rows[0]["end"], rel=SMALL)
 
 
-def test_parameters_of_a_devs_model_are_varied_and_its_results_are_columns(threads):
+def test_a_study_varies_parameters_of_a_devs_model_and_stores_its_results_as_columns(threads):
     reference = "heavylift.nodes.zoo.multi_server_queue:mmc(seed=5)"
     rows = tabulate(reference, {"c": [2, 3]}, executor=threads, until=200.0)
     for row in rows:

@@ -52,7 +52,7 @@ def told(lift, monkeypatch: pytest.MonkeyPatch):
 
 
 @pytest.mark.parametrize("limit", [300.5, 333.3, 512.0, 899.0])
-def test_the_limit_of_an_input_lies_between_its_last_green_and_its_first_red_value(told, limit: float) -> None:
+def test_the_found_limit_of_an_input_lies_between_its_last_green_and_its_first_red_value(told, limit: float) -> None:
     found = told(lambda x: x <= limit)
     assert not found.wrong
     assert found.green <= limit < found.red
@@ -151,7 +151,7 @@ def test_a_search_for_all_limits_covers_the_speeds_and_uncertain_inputs_of_a_sce
     assert {"block.mass", "block.com.x", "block.com.y", "block.com.z"} < set(names)
 
 
-def test_the_limits_of_several_inputs_are_in_one_table_and_on_one_page(told, lift) -> None:
+def test_limits_found_for_several_inputs_are_in_one_table_and_on_one_page(told, lift) -> None:
     found = [told(lambda x: x < 500.0), told(lambda x: True)]
     first, second = table_text(limits_table(found)).splitlines()[1:]
     assert first.split()[:1] == second.split()[:1] == ["block.mass"]
@@ -170,7 +170,7 @@ def test_the_limits_of_several_inputs_are_in_one_table_and_on_one_page(told, lif
         (lambda x: x < 400.0 or x > 700.0, "but green again at"),
     ],
 )
-def test_a_search_that_finds_no_limit_reports_why(told, green, wrong: str) -> None:
+def test_a_limit_search_that_finds_no_limit_reports_why(told, green, wrong: str) -> None:
     assert wrong in told(green).wrong
 
 

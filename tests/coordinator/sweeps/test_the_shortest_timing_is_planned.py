@@ -29,7 +29,7 @@ def found(told: list[str]):
     return planned(bare("lift", NEAR), 300.0, told.append)
 
 
-def test_the_planned_timing_of_a_lift_is_shorter_and_not_red(found) -> None:
+def test_the_planned_timing_of_a_lift_is_shorter_and_its_verdict_is_not_red(found) -> None:
     assert not found.wrong
     assert not found.run_after.verdict.red
     assert found.gain == pytest.approx(87.0, abs=0.5)  # of 137 s

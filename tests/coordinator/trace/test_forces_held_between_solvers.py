@@ -19,6 +19,6 @@ def test_two_pairs_of_bodies_with_the_same_frequency_have_the_same_error_of_co_s
     assert held(alone, 0.02, 1.0).measured == pytest.approx(held(PAIR, 0.02, 1.0).measured, rel=1e-6)
 
 
-def test_one_percent_error_over_five_minutes_requires_coupling_steps_of_microseconds():
+def test_exchanging_coupling_forces_with_one_percent_error_over_five_minutes_requires_steps_of_microseconds():
     one_percent = held(CoupledPair("load", 1e15, 1.0, 8.4**2), 0.01, lasts=300.0).one_percent
     assert one_percent == pytest.approx(1.9e-6, rel=0.02)

@@ -27,7 +27,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_trace_shows_that_the_fast_node_waits_for_the_slow_one(file: Path) -> None:
+def test_the_trace_of_a_run_shows_that_a_fast_node_waits_for_a_slow_one(file: Path) -> None:
     nodes = {node["node"]: node for node in data(Timeline(file))["nodes"]}
     slow, quick = nodes["slow"], nodes["quick"]
     assert slow["busy_s"] >= TICKS * PAUSE_s

@@ -57,7 +57,7 @@ def test_a_run_finds_a_place_for_its_socket_if_the_temporary_directory_has_a_lon
         assert len(hub.directory.socket.encode()) < 104
 
 
-def test_a_ticket_is_neither_on_the_command_line_nor_in_the_environment(start: Start) -> None:
+def test_the_ticket_to_join_a_run_appears_neither_on_a_command_line_nor_in_the_environment(start: Start) -> None:
     hub, processes = start(west=())
     secret = hub.ticket("west").password.encode()
     node = Path(f"/proc/{processes.pids['west']}")

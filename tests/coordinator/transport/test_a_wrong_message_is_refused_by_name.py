@@ -24,12 +24,12 @@ def refusal(frame: bytes) -> str:
     return str(error.value)
 
 
-def test_wire_frames_received_in_order_are_decoded_to_their_payloads() -> None:
+def test_message_frames_received_in_order_are_decoded_to_their_payloads() -> None:
     w, r = writer(), reader()
     assert [r.open(w.frame(p)) for p in (b"", b"a", b"b" * 1_000_000)] == [b"", b"a", b"b" * 1_000_000]
 
 
-def test_every_single_flipped_bit_of_a_wire_frame_is_detected() -> None:
+def test_every_single_flipped_bit_of_a_message_frame_is_detected() -> None:
     frame = writer().frame(b"grant")
     for bit in range(8 * len(frame)):
         damaged = bytearray(frame)
@@ -38,7 +38,7 @@ def test_every_single_flipped_bit_of_a_wire_frame_is_detected() -> None:
             reader().open(bytes(damaged))
 
 
-def test_a_damaged_wire_frame_is_reported() -> None:
+def test_a_damaged_message_frame_is_reported() -> None:
     frame = writer().frame(b"grant")
     assert refusal(frame[:-1] + b"T") == (
         f"node west, message 0 on 'out': a message of {len(frame)} bytes arrived damaged "
@@ -75,13 +75,13 @@ def test_a_node_refuses_a_message_that_was_sent_on_another_topic() -> None:
     assert "a message of topic 'samples' arrived" in refusal(writer(topic=FrameTopic.SAMPLES).frame(b""))
 
 
-def test_a_message_of_an_earlier_process_incarnation_is_refused() -> None:
+def test_a_message_from_a_replaced_process_of_the_node_is_refused() -> None:
     assert refusal(writer(epoch=0).frame(b"")) == (
         "node west, message 0 on 'out': a message of epoch 0 arrived in epoch 1, end the node's older process"
     )
 
 
-def test_a_lost_wire_message_is_reported_by_the_gap_in_message_numbers() -> None:
+def test_a_lost_message_between_processes_is_reported_by_the_gap_in_message_numbers() -> None:
     w = writer()
     w.frame(b"lost")
     assert refusal(w.frame(b"")) == (

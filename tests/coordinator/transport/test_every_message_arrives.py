@@ -86,7 +86,7 @@ def test_a_run_in_one_process_also_transmits_bursts_of_messages_and_large_messag
         assert hub.samples() == [("west", b"s" * 1_000_000)]
 
 
-def test_an_exception_in_a_node_of_this_process_reaches_the_coordinator() -> None:
+def test_an_exception_in_a_node_reaches_a_coordinator_in_the_same_process() -> None:
     def handle(message: bytes) -> None:
         raise ZeroDivisionError("a mass of zero")
 

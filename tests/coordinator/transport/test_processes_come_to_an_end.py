@@ -73,7 +73,7 @@ def test_a_coordinator_reports_a_process_that_ended_while_the_coordinator_was_co
     assert "signal 11 (SIGSEGV)" in sentence(hub)
 
 
-def test_an_ordered_end_leaves_no_process_or_file_behind(start: Start) -> None:
+def test_a_run_that_ends_without_failure_leaves_no_process_or_temporary_file_behind(start: Start) -> None:
     hub, processes = start(west=(), east=())
     hub.dismiss(b"stop")
     processes.end()
@@ -183,7 +183,7 @@ def test_a_stopped_process_manager_does_not_delay_the_end(start: Start) -> None:
     assert not processes.directory.path.exists()
 
 
-def test_twelve_node_processes_start_answer_and_end() -> None:
+def test_twelve_node_processes_start_and_answer_and_end() -> None:
     nodes = [f"node{number}" for number in range(12)]
     with Processes(["echo_node"]) as processes, Hub(nodes, directory=processes.directory) as hub:
         processes.start(hub, {node: ("echo_node",) for node in nodes})

@@ -24,7 +24,7 @@ SHORT_us = 200_000  # in place of Zenoh's 5 s before a blocked transport is clos
 
 
 @pytest.mark.large
-def test_a_burst_that_zenoh_would_drop_by_default_arrives_completely(tmp_path: Path) -> None:
+def test_a_burst_of_messages_that_zenoh_would_drop_by_default_arrives_without_loss(tmp_path: Path) -> None:
     assert len(heard_by_a_sleeper(tmp_path, BURST, DROP, SLEEP_s)) < BURST
     assert heard_by_a_sleeper(tmp_path, BURST, BLOCK, SLEEP_s) == list(range(BURST))
 
@@ -85,7 +85,7 @@ def test_all_messages_use_one_priority_since_zenoh_messages_of_higher_priority_o
             assert publisher.congestion_control == BLOCK
 
 
-def test_all_liveliness_tokens_are_received_even_beyond_the_default_channel_size(tmp_path: Path) -> None:
+def test_more_liveliness_tokens_than_the_default_zenoh_channel_holds_are_all_received(tmp_path: Path) -> None:
     """The default channel holds 256 and then stops the session; a hub takes them by a callback."""
     heard: list[str] = []
     with pair(tmp_path) as (hub, client):

@@ -67,7 +67,7 @@ def test_for_a_scene_without_uncertain_inputs_the_message_says_how_to_state_them
         sensitivities(load("snatch"), at_once=0)
 
 
-def test_sensitivities_run_in_several_processes(
+def test_the_additional_runs_for_sensitivities_use_several_processes(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sets = [x for s in UNDAMPED for x in ("--set", s)]

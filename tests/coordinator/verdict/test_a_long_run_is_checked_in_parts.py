@@ -83,7 +83,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return rec
 
 
-def test_the_verdict_does_not_depend_on_whether_a_run_is_checked_in_parts(
+def test_the_verdict_does_not_depend_on_whether_a_run_is_checked_as_a_whole_or_in_parts(
     recorded: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = verdict_of(recorded)
@@ -104,7 +104,7 @@ def test_clearances_of_a_long_run_are_searched_in_parts(recorded: Recording, mon
     assert verdict_of(recorded) == expected
 
 
-def test_clearance_bounds_do_not_depend_on_whether_a_run_is_checked_in_parts(
+def test_bounds_of_clearances_do_not_depend_on_whether_a_run_is_checked_as_a_whole_or_in_parts(
     recorded: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each stretch is in one part and as wide apart there; what steps may stray is the same."""

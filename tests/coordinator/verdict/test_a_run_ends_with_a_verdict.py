@@ -149,7 +149,7 @@ class Ends(RunObserver):
 
 
 @pytest.mark.parametrize("error", [KernelError("it broke"), ModelError("stuck"), KeyboardInterrupt(), None])
-def test_a_run_that_ends_with_an_error_has_a_red_verdict_with_all_that_is_known(
+def test_a_run_that_ends_with_an_error_has_a_red_verdict_that_includes_all_checks_made_so_far(
     error: BaseException | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = LIFT.replace("P1: [-8 m, -6 m, 4.3 m]", "P1: [-8 m, -6 m, 5.2 m]").replace("sling: 10 m", "sling: 12 m")
@@ -203,7 +203,7 @@ def test_a_red_verdict_is_the_first_line_that_run_prints_and_gives_exit_code_1_w
     assert json.loads(heavylift("report", "cut.mcap", "--json").stdout)["verdict"] == message
 
 
-def test_info_and_report_print_the_verdict_and_name_the_tolerance(tmp_path: Path) -> None:
+def test_the_commands_info_and_report_print_the_verdict_and_name_the_tolerance(tmp_path: Path) -> None:
     verdict(tmp_path, LIFT)
     text, page = info(tmp_path / "run.mcap"), report(tmp_path / "run.mcap", tmp_path / "r.html").read_text()
     for message in (text, page):

@@ -68,7 +68,7 @@ def test_a_turn_that_two_hooks_cannot_hold_gives_a_red_check_at_rest_and_in_a_ru
 
 
 @pytest.mark.parametrize("then", ["when: after 5 s, stage: later, wait: 100 s", "when: after 5 s, wait: 100 s"])
-def test_a_turn_is_checked_at_its_own_end_and_not_when_the_next_action_begins(then: str) -> None:
+def test_a_turn_over_is_checked_at_its_end_and_not_when_the_next_action_begins(then: str) -> None:
     for hooks, red in ((2, []), (1, ["red"])):
         scene = turned(*HOLDS[0], hooks, 8.0, then)
         for checks in (scene.checks, play(scene.plan).verdict.checks):

@@ -96,7 +96,7 @@ def test_distances_of_shapes_agree_with_the_library_coal() -> None:
     assert exactly(a, b).distance == pytest.approx(np.array([row[9] for row in KNOWN]), abs=CLOSE)
 
 
-def test_distances_of_one_pose_and_of_a_batch_are_bit_identical() -> None:
+def test_distances_of_two_shapes_computed_for_one_pose_and_for_many_poses_are_bit_identical() -> None:
     rng = np.random.default_rng(2)
     a, b = (random_shapes(rng, Rotation.random(CASES, random_state=rng), 3.0) for _ in range(2))
     together = exactly(a, b)

@@ -27,7 +27,7 @@ SCENES = {  # what `check` and `run --strict` say, both with exit code 1
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.large(beyond=4)
-def test_check_and_run_report_the_same_reason_for_a_red_lift(
+def test_the_commands_check_and_run_report_the_same_reason_for_a_red_lift(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -156,7 +156,7 @@ def test_a_block_that_stays_on_its_supports_has_no_impact_check_and_is_governed_
 
 
 @pytest.mark.large(beyond=4)
-def test_a_block_dropped_by_20_mm_exceeds_its_impact_limit(lift: Lift) -> None:
+def test_a_block_dropped_from_a_height_of_20_mm_exceeds_its_impact_limit(lift: Lift) -> None:
     text = lift.beginning("").replace("  - stage: up\n    all hooks: hoist 1 m/min by 1 m\n", "")
     ropes = [tie.rope for machine in lift.read().plan.machines for tie in machine.ties]
     parted = ", ".join(f"{rope}: release" for rope in ropes)

@@ -155,7 +155,7 @@ def test_one_search_over_all_pairs_of_shapes_finds_the_minima_of_separate_search
             assert (message >= least - CLOSE).all(), "of the others at most what was seen on the way"
 
 
-def test_a_vibration_faster_than_the_sample_rate_is_bounded_by_the_joint_speeds() -> None:
+def test_the_motion_by_a_vibration_faster_than_the_sample_rate_is_bounded_from_the_joint_speeds() -> None:
     """At 9.7 Hz, seen twice in a second: hardly a way from sample to sample."""
     t, w, size = np.arange(0.0, 20.0, 0.5), 2 * np.pi * 9.7, 0.05
     still, phase = np.zeros(len(t)), w * t

@@ -79,7 +79,7 @@ def test_a_contact_that_no_order_allows_gives_a_red_check_with_place_and_time(cr
 
 
 @pytest.mark.parametrize("crane", ["goliath-840", "overhead-100"])
-def test_a_run_reports_the_same_contacts_as_check(crane: str) -> None:
+def test_a_run_reports_the_same_forbidden_contacts_as_the_command_check(crane: str) -> None:
     gap = Random(crane).uniform(0.6, 0.9)
     touches = play(scene(crane, shelf(crane, gap)).plan).verdict
     assert touches.red
@@ -88,7 +88,7 @@ def test_a_run_reports_the_same_contacts_as_check(crane: str) -> None:
     assert "shelf" not in str([f for f in free.findings if f.state == "red"])
 
 
-def test_check_exits_with_1_if_bodies_touch_without_an_order_that_allows_it(tmp_path: Path) -> None:
+def test_the_command_check_exits_with_1_if_bodies_touch_without_an_order_that_allows_it(tmp_path: Path) -> None:
     for name, more, code in (("a", "", 1), ("b", "may touch: [[block, wall]]\n", 0)):
         wall = "obstacles: {wall: {box: [1 m, 30 m, 30 m], at: [-15.5 m, 20 m, 15 m]}}\n"
         orders = 'actions: [{hall: "hoist 1 m/min until lifted"}, {hall travelling: "travel 10 m/min by 2 m"}]\n'

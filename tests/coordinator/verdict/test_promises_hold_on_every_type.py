@@ -90,7 +90,7 @@ def test_an_obstacle_that_overlaps_the_block_at_the_start_is_reported_with_its_l
     assert text.splitlines()[line - 1].startswith("  wall: ")
 
 
-def test_the_order_to_stop_all_cranes_stops_what_an_order_to_each_crane_stops(lift: Lift) -> None:
+def test_the_order_to_stop_all_cranes_has_the_effect_of_an_order_to_stop_each_crane(lift: Lift) -> None:
     one, all_ = (lift.read(text=lift.beginning(f"  - {{stage: halt, {x}: stop}}\n")).plan for x in ("crane", "cranes"))
     halted = [{order.actuator for order in plan.actions[-1].orders} for plan in (one, all_)]
     assert halted[0] == halted[1]

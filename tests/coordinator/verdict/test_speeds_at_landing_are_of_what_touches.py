@@ -85,7 +85,7 @@ def test_a_landing_on_an_obstacle_is_checked_at_rest(quay: LoadedScene) -> None:
     assert [x.state for x in quay.checks if x.quantity == "landing speed" and x.subject == "own"] == ["red"]
 
 
-def test_an_ordered_hook_speed_is_checked_only_for_the_block_on_that_hook(quay: LoadedScene) -> None:
+def test_an_ordered_hook_speed_is_checked_only_for_the_block_that_hangs_on_that_hook(quay: LoadedScene) -> None:
     assert speeds(quay)["low", "landing speed"] is speeds(quay)["low", "lift-off speed"] is None
     assert [x[0] for x in touching(quay.plan, "lift-off speed", "own")] == [1]
 

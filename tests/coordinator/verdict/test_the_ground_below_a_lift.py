@@ -103,7 +103,7 @@ def hook(z: float, sling: float) -> list[Clearance]:
     return near({"loader-1.upper": pose}, sling)
 
 
-def test_an_empty_hook_may_be_near_the_ground_but_not_below_it() -> None:
+def test_an_empty_hook_may_be_near_the_ground_but_not_below_the_ground() -> None:
     below = -machine(PLAN, "loader-1").system.joints[1].p_PJ[2]  # of the hook block
     assert hook(below + 0.2, SLACK) == []
     (loaded,) = hook(below + 0.2, TAUT)

@@ -115,7 +115,7 @@ def test_the_workbench_shows_a_change_by_another_editor_as_a_conflict_and_does_n
     assert "name: lift-of-mine" in hands.text
 
 
-def test_the_text_editor_of_the_workbench_completes_and_explains_keys_by_the_schema(page: Any) -> None:
+def test_the_text_editor_of_the_workbench_completes_and_explains_scene_keys_by_the_schema(page: Any) -> None:
     page.locator(".cm-line", has_text="mass: 300 t").click(position={"x": 40, "y": 5})
     page.keyboard.press("End")
     page.keyboard.press("Enter")

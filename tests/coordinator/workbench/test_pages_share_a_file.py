@@ -20,7 +20,7 @@ def second(chromium: Any, page: Any, hands: Hands) -> Iterator[Hands]:
     other.close()
 
 
-def test_an_edit_in_one_page_appears_in_other_pages_and_an_edit_of_an_outdated_version_is_refused(
+def test_an_edit_in_one_workbench_page_appears_in_others_and_an_edit_of_an_outdated_version_is_refused(
     hands: Hands, second: Hands
 ) -> None:
     delayed = list[Any]()
@@ -41,7 +41,7 @@ def test_an_edit_in_one_page_appears_in_other_pages_and_an_edit_of_an_outdated_v
     hands.written("mass: 330 t")
 
 
-def test_text_typed_in_one_page_is_not_lost_when_another_page_saves(hands: Hands, second: Hands) -> None:
+def test_text_typed_in_one_workbench_page_is_not_lost_when_another_page_saves(hands: Hands, second: Hands) -> None:
     second.page.route("**/save", lambda route: route.abort())
     second.page.locator(".cm-line", has_text="name: lift").click()
     second.page.keyboard.press("End")

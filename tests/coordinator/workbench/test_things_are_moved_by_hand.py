@@ -93,7 +93,7 @@ def test_a_lug_that_passes_close_to_a_hook_snaps_to_the_position_under_the_hook(
     assert z == 4.3
 
 
-def test_dragging_in_a_side_view_changes_only_the_height(page: Any, mover: Hands) -> None:
+def test_dragging_a_part_in_a_side_view_of_the_workbench_changes_only_the_height(page: Any, mover: Hands) -> None:
     page.get_by_role("button", name="along y", exact=True).click()
     page.wait_for_timeout(100)
     mover.drag("wall", [0.0, -3.0, 1.0], (0, -30))

@@ -70,7 +70,7 @@ def test_the_reported_gain_without_weather_equals_the_delay_caused_by_a_storm(st
     assert found["no weather"] == pytest.approx(4 / 24, abs=1e-6)
 
 
-def test_comparing_a_yard_plan_with_itself_shows_no_difference(study):
+def test_comparing_the_plan_of_a_yard_with_itself_shows_no_difference(study):
     Path("other.yaml").write_text(YARD.replace("{units: 2}", "{units: 3}"))
     assert rows(study.beside("yard.yaml"), 1) == ((0.0, 0.0, 0.0),)
     assert rows(study.beside("other.yaml"), 1)[0][1] < 0

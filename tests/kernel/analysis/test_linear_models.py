@@ -74,7 +74,7 @@ def test_the_linear_model_of_a_prescribed_trolley_has_its_acceleration_as_input(
 
 
 @pytest.mark.parametrize("kind", ["servo", "speed"])
-def test_the_linear_model_of_servos_and_speed_drives_has_their_speed_as_input(kind):
+def test_the_linear_model_of_a_servo_or_speed_drive_has_the_speed_of_the_drive_as_input(kind):
     m, load, l, kp, kv = 3.0, 2.0, 5.0, 4.0, 7.0
     found = linear_model(started(crane(kind, m, load, l)), ["travel"], ["joint/position/rail.travel"])
     assert [(x.name, x.unit) for x in found.inputs] == [("travel", "m/s")]
@@ -183,7 +183,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_small_inputs_move_a_scene_as_its_linear_model_predicts(scene):
+def test_small_motions_of_drives_move_a_scene_as_its_linear_model_predicts(scene):
     build, names, a = SCENES[scene]
     T, ns = 0.25, 250_000_000
 

@@ -122,7 +122,7 @@ def test_modes_of_a_beam_agree_with_lapack(held, elements):
     assert stiffness / mass == pytest.approx(scipy.linalg.eigh(K, M)[0][first : first + 8], rel=FINE)
 
 
-def test_each_bending_mode_of_a_round_tube_lies_in_one_principal_plane():
+def test_each_bending_mode_of_a_tube_with_round_cross_section_lies_in_one_principal_plane():
     """Its frequencies are equal in both, so that any mixture would be modes as well."""
     parts = modes_of("tube", Flexible(6, TUBE, frame="simply supported")).shapes.reshape(-1, 6, 6)
     across, up = np.abs(parts[:, 1]).max(axis=0), np.abs(parts[:, 2]).max(axis=0)

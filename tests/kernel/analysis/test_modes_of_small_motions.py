@@ -99,7 +99,7 @@ def test_a_damped_rope_reports_the_damping_ratio_of_its_load(zeta):
     assert 2.0 * pi * mode.frequency == pytest.approx(w, rel=DAMPED)
 
 
-def test_an_overdamped_rope_has_decay_rates_only():
+def test_the_modes_of_an_overdamped_rope_have_decay_rates_and_no_frequencies():
     w = sqrt(EA / LENGTH / MASS)
     result = found(hung(LENGTH + 0.1, damping=2.0 * 2.0 * w * MASS))
     assert result.oscillations == ()
@@ -143,7 +143,7 @@ def test_an_upright_inverted_pendulum_has_its_exact_growth_rate():
     assert modes(simulation).decays == pytest.approx([-sqrt(G / 2.0), sqrt(G / 2.0)], rel=CLOSE)
 
 
-def test_computing_modes_does_not_move_the_scene():
+def test_computing_the_modes_of_a_scene_does_not_change_its_state():
     simulation = started(hung(LENGTH + 0.1))
     equilibrium(simulation)
     before = simulation.state.copy()

@@ -83,7 +83,7 @@ def test_a_process_that_writes_many_cache_entries_keeps_the_cache_within_its_bou
     assert LEFT * 0.5e6 < most <= (1 + CHECK_EVERY) * 0.5e6 + 2 * BLOCK + 10_000
 
 
-def test_reading_a_cache_entry_counts_as_its_latest_use(folder: Path) -> None:
+def test_reading_a_cache_entry_protects_it_from_being_removed_first(folder: Path) -> None:
     for number in range(10):
         write_cached(name(number), bytes(BLOCK))
         os.utime(folder / name(number), ns=(0, number * HOURS_ns))

@@ -99,7 +99,7 @@ def test_swapping_the_names_of_two_bodies_gives_another_compiled_program(folder)
     assert found == [False, True]
 
 
-def test_adding_a_force_gives_another_compiled_scene(folder):
+def test_adding_a_force_to_a_system_gives_another_compiled_program(folder):
     Simulation(slider())
     spring = JointSpring("s", "load-guide", 2.0)
     assert not Simulation(replace(slider(), springs=(spring,))).native.code.cached

@@ -227,7 +227,7 @@ def test_random_loops_have_the_jacobian_rank_that_pinocchio_finds(seed):
 
 
 @pytest.mark.parametrize("kind", ["revolute", "cylindrical", "universal", "planar", "spherical", "screw"])
-def test_doubling_a_joint_removes_no_degree_of_freedom(kind):
+def test_adding_a_second_equal_joint_removes_no_degree_of_freedom(kind):
     once, twice = map(found, doubled(kind))
     assert once.dof == twice.dof
     assert twice.conditions == twice.conditions - twice.rank, "every row of the second one is redundant"

@@ -87,7 +87,7 @@ def test_a_locked_tree_moves_as_with_a_fixed_joint_and_continues_smoothly_when_u
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_locking_in_random_trees_conserves_momentum(seed):
+def test_locking_joints_in_random_trees_of_bodies_conserves_momentum(seed):
     """Gauss: of all motions that obey the lock, the one after is nearest to the one before in the metric of H."""
     system = random_system(seed, 7, 2.0)
     moving = [j for j in system.joints if j.kind != "fixed"]

@@ -139,7 +139,7 @@ def told_speeds(s):
 
 @pytest.mark.parametrize("kind", LOOPS)
 @pytest.mark.parametrize("seed", range(6))
-def test_corrected_start_speeds_of_a_loop_are_noted_and_consistent_ones_are_not(kind, seed):
+def test_corrected_start_speeds_of_a_closed_loop_give_a_note_and_consistent_ones_give_none(kind, seed):
     random = Random(f"{kind} {seed}")
     system, *_ = looped(seed, (kind,), n=5)
     drawn = [tuple(random.uniform(-1.0, 1.0) for _ in JOINTS[j.kind].velocities) for j in system.joints]

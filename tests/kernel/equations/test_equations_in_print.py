@@ -100,7 +100,7 @@ def two_of_a_kind() -> System:
     )
 
 
-def test_every_body_and_every_law_is_printed_under_its_own_name():
+def test_printed_equations_name_each_body_and_each_force_law():
     text = equations(two_of_a_kind())
     for line in (
         "    F1 = m1 g + f(tie.1)",

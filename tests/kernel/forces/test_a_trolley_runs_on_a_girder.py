@@ -131,7 +131,7 @@ def test_an_end_stop_holds_a_trolley_and_leaving_the_girder_is_reported():
         hand_over(loose, 3 * SECOND)
 
 
-def test_a_slider_joint_needs_a_beam():
+def test_a_joint_along_a_flexible_body_is_refused_if_the_body_is_not_a_beam():
     joint = Joint("rail", "slider", "world", "trolley")
     with pytest.raises(KernelError, match="joint 'rail': a slider needs a flexible beam; 'world' is rigid"):
         Program(System((Body("trolley", 1.0),), (joint,)))

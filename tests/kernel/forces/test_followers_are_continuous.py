@@ -17,7 +17,7 @@ def turn(t):
     return radians(5.0) * t * t / 2 if t < 2.0 else radians(10.0) * (t - 1.0)
 
 
-def test_a_winch_and_a_trolley_follow_a_commanded_angle():
+def test_a_winch_and_a_trolley_follow_the_ordered_angle_of_a_block():
     scene = replace(
         hung(60.1, winch=True, damping=1e6),
         bodies=(Body("load", 4.5e5), Body("trolley", 1e5)),

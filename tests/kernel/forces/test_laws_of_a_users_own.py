@@ -204,7 +204,7 @@ def test_invalid_force_characteristics_are_refused(x, effort, told):
     assert told in str(e.value)
 
 
-def test_two_forces_with_the_same_name_are_refused():
+def test_two_force_elements_with_the_same_name_are_refused():
     loads = (Load("f", Point("load"), X), Load("f", Point("load"), X))
     with pytest.raises(KernelError, match="'f': this name is used twice"):
         Simulation(replace(slider(), forces=loads))

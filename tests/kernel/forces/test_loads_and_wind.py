@@ -98,7 +98,7 @@ def test_gust_spectra_agree_with_scipy():
     assert imbalance(s) < CLOSES
 
 
-def test_breakpoints_of_a_force_history_are_step_boundaries():
+def test_breakpoints_of_a_force_history_are_boundaries_of_integration_steps():
     """A piecewise linear force makes a piecewise cubic motion, which DOPRI5 integrates exactly in steps of any length
     as long as none crosses a breakpoint; the force of the first and last value holds outside."""
     times, values = (0.3, 0.5, 0.5, 1.7, 2.1), (2.0, -1.0, 4.0, 0.0, 1.5)
@@ -140,7 +140,7 @@ def test_the_signal_of_a_force_follows_commands_and_later_its_master_drive():
     assert imbalance(s) < CLOSES
 
 
-def test_a_load_in_body_axes_turns_with_the_body():
+def test_a_load_stated_in_the_axes_of_a_body_turns_with_the_body():
     """A thruster that pushes across a turning rod spins it up with constant moment."""
     rod = Body("rod", 3.0, (1.0, 0.0, 0.0), ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     joint = Joint("pin", "revolute", "world", "rod")

@@ -46,7 +46,7 @@ def test_current_loads_follow_the_coefficients_of_their_direction_and_are_mirror
         assert felt(bow + side * angle, bow, TABLE) == pytest.approx(want, abs=1e-9)
 
 
-def test_current_coefficients_between_tabulated_directions_are_interpolated_trigonometrically() -> None:
+def test_coefficients_of_current_forces_are_interpolated_trigonometrically_between_tabulated_directions() -> None:
     """Of a table made of three harmonics each direction has the exact value."""
 
     def exact(b: float) -> tuple[float, float, float]:

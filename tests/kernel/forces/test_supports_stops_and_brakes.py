@@ -235,7 +235,7 @@ def test_a_creeping_pad_that_is_unloaded_does_not_alternate_between_slip_and_sti
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.6, 1.5, 3.0])
-def test_a_block_that_slides_off_a_pad_with_ends_falls_freely_and_its_energy_is_accounted_for(angle: float) -> None:
+def test_a_block_that_slides_off_the_end_of_a_pad_falls_freely_and_keeps_its_energy_balance(angle: float) -> None:
     """Friction slows it to sqrt(v^2 - 2 mu g s) at the edge, a way s off; the energy of the spring becomes heat."""
     mu, v, size, along = 0.3, 4.0, (3.0, 2.0), (cos(angle), sin(angle))
     scene = block_on_pads(1e4, (0.0, 0.0, 0.0), ((0.0, 0.0),), -5e-3, mu, (v * along[0], v * along[1], *[0.0] * 4))

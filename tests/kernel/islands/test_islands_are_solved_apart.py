@@ -69,7 +69,7 @@ def test_islands_of_equal_bodies_are_compiled_once(monkeypatch: pytest.MonkeyPat
     assert len(compiled) == 1
 
 
-def test_equal_islands_share_machine_code() -> None:
+def test_islands_of_equal_bodies_share_machine_code() -> None:
     a, b = islands(native=False).parts
     assert a.native.structure == b.native.structure
 

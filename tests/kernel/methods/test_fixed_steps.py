@@ -74,7 +74,7 @@ def test_the_stability_of_a_fixed_step_is_checked_again_when_a_rope_tightens():
         hand_over(s, SECOND)
 
 
-def test_energy_created_by_a_fixed_step_ends_the_run():
+def test_a_gain_of_energy_by_too_long_fixed_steps_ends_the_run():
     s = started(oscillator(0.0), method="rk4", step=0.3, sample_ns=SECOND // 10)
     put_aside(s)
     at = s.program.parameters.at["spring", "spring"]
@@ -107,7 +107,7 @@ def test_the_reference_scene_runs_at_fixed_steps(method, step, error):
     assert whole["accepted"] == pytest.approx(2.0 / step, abs=2)
 
 
-def test_an_oscillator_at_fixed_steps_is_back_at_its_start_after_one_exact_period():
+def test_an_oscillator_integrated_with_fixed_steps_is_back_at_its_start_after_one_period():
     s = started(oscillator(), method="rk4", step=2.0 * pi / W / 200.0)
     hand_over(s, round(2.0 * pi / W * SECOND))
     assert s.state[0] == pytest.approx(1.0, abs=1e-6)

@@ -65,7 +65,7 @@ def test_further_equal_limbs_of_a_tree_of_bodies_add_no_code():
     assert "limb0.0.bend" in code(5, 0.1)
 
 
-def test_a_branch_of_a_mechanism_that_can_move_without_inertia_is_reported_by_name():
+def test_bodies_of_a_mechanism_that_could_move_without_inertia_are_reported_by_name():
     from heavylift.kernel import KernelError
 
     system = spider(3)

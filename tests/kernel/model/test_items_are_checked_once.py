@@ -48,7 +48,7 @@ def test_an_invalid_description_of_a_system_is_refused_every_time_it_is_checked(
             check_description(with_body(**wrong))
 
 
-def test_lists_in_a_description_of_a_system_become_tuples() -> None:
+def test_python_lists_in_a_description_of_a_system_are_converted_to_tuples() -> None:
     check_description(GOOD)
     for _ in range(2):
         (body,) = check_description(with_body(com=[0.0, 0.0, -0.5])).bodies

@@ -123,7 +123,7 @@ def test_guards_on_joint_loads_leave_separate_arms_in_separate_islands() -> None
         (ScalarSignal("joint moment", of="j9"), "there is no joint 'j9'"),
     ],
 )
-def test_a_load_signal_without_its_joint_or_base_is_reported(signal: ScalarSignal, message: str) -> None:
+def test_a_load_signal_that_names_no_existing_joint_or_base_is_reported(signal: ScalarSignal, message: str) -> None:
     system, _ = arm(0)
     with pytest.raises(KernelError, match=message):
         started(replace(system, thresholds=(guard_of("it", signal),)))

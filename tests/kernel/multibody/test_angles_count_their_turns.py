@@ -46,7 +46,7 @@ def wheel(axis=Z, q0=0.0, v0=0.0, kind="revolute", **parts) -> System:
 @pytest.mark.parametrize("kind", ["revolute", "free"])
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("goal", [150.0, 181.0, 200.0, 359.0, 725.0, -190.0, -1000.0])
-def test_an_angle_threshold_beyond_a_full_turn_fires_at_that_angle(kind, axis, goal):
+def test_a_threshold_on_an_angle_beyond_a_full_turn_fires_at_that_angle(kind, axis, goal):
     """A free body turns by many radians within one step: nothing holds it, so nothing makes the steps shorter."""
     speed = 3.0 if goal > 0.0 else -3.0
     scene = wheel(AXES[axis], v0=speed, kind=kind, thresholds=(Threshold("there", "angle", of="wheel", axis=axis),))
@@ -59,7 +59,7 @@ def test_an_angle_threshold_beyond_a_full_turn_fires_at_that_angle(kind, axis, g
     assert t == pytest.approx(radians(goal) / speed * 1e9, abs=ROUNDING + 1.0)
 
 
-def test_an_angle_threshold_below_the_start_angle_fires_at_once_and_a_threshold_above_it_fires_later():
+def test_a_threshold_below_the_start_angle_fires_at_once_and_a_threshold_above_it_fires_later():
     parts = tuple(Threshold(name, "angle", of="wheel", axis=1) for name in ("behind", "ahead"))
     s = started(wheel(Y, q0=radians(400.0), v0=1.0, thresholds=parts))
     s.watch("behind", radians(390.0), True)

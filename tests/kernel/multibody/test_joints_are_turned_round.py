@@ -62,7 +62,7 @@ def test_a_drive_moves_a_joint_whose_child_is_the_world():
     assert s.row().poses[:3] == pytest.approx([3.0, 0.0, 0.0], abs=1e-12)
 
 
-def test_a_joint_that_cannot_be_reversed_without_changing_coordinates_is_refused():
+def test_a_joint_whose_reversal_would_change_its_coordinates_is_refused():
     load = Body("load", 3.0, inertia=cube(3.0))
     with pytest.raises(KernelError) as e:
         started(System((load,), (Joint("ball", "spherical", "load", WORLD),)))

@@ -29,7 +29,7 @@ def test_the_four_link_arm_has_its_published_path_matrix():
     assert np.linalg.inv(T).T.round().astype(int).tolist() == C19A["expected"]["T_inv_transpose"]
 
 
-def test_each_row_of_the_path_matrix_subtracts_the_first_joints_to_its_right():
+def test_in_each_row_of_the_path_matrix_the_printed_recursion_subtracts_the_first_joints_to_the_right():
     """As a running sum the third joint of the arm would be subtracted twice from the first body."""
     T = path_matrix(ARM)
     assert [children_of(T, i) for i in range(4)] == [[1, 2], [], [3], []]
@@ -65,7 +65,7 @@ def test_path_matrices_of_random_trees_are_regular_for_any_order_of_the_bodies(p
 
 @settings(max_examples=50, deadline=None, derandomize=True)
 @given(trees)
-def test_bodies_listed_in_regular_order_keep_their_numbers_in_the_path_matrix(parents):
+def test_bodies_listed_with_each_parent_before_its_children_keep_their_numbers_in_the_path_matrix(parents):
     graph = build_graph(tree(parents, range(len(parents))))
     names = {link.body.name: i for i, link in enumerate(graph.links)}
     T = path_matrix(list(parents))

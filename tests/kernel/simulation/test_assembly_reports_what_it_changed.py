@@ -88,7 +88,7 @@ def test_a_small_correction_of_the_start_pose_is_reported_with_the_joint_and_bot
     assert abs(q[1] + q[0]) < 1e-9, "still the branch in which the coupler stays level"
 
 
-def test_assembly_reports_only_joints_that_had_to_move():
+def test_closing_the_loops_of_a_start_pose_reports_only_the_joints_that_had_to_move():
     """The rocker may follow: crank and coupler stay as asked where the rocker can reach."""
     bar = 1.0  # the coupler's tip on a circle of 1 m about the rocker's foot
     crank = 0.9
@@ -133,7 +133,7 @@ def test_assembly_refuses_or_reports_every_change_to_another_assembly_mode_of_a_
     assert all("another branch or too far away" in message for message in refusals)
 
 
-def test_assembly_does_not_move_a_prescribed_crank():
+def test_closing_the_loops_of_a_start_pose_does_not_move_a_prescribed_crank():
     driven = replace(parallelogram((0.9,), (-0.8,), (0.9,)), drives=(Drive("motor", "a", "prescribed"),))
     q, _, (message,) = begun(driven)
     assert q[0] == 0.9
@@ -215,7 +215,7 @@ mechanism:
 """
 
 
-def test_only_start_coordinates_written_in_a_scene_count_as_given():
+def test_only_start_coordinates_that_a_scene_states_are_kept_and_the_others_are_computed():
     (mechanism,) = parse(SCENE).plan.machines
     s = Simulation(mechanism.system, native=False)
     s.start()
@@ -224,7 +224,7 @@ def test_only_start_coordinates_written_in_a_scene_count_as_given():
     assert not [n for n in s.notes if "changed" in n.sentence]
 
 
-def test_a_start_coordinate_written_as_zero_counts_as_given():
+def test_a_start_coordinate_stated_as_zero_is_kept_and_not_computed():
     rocker = "at: [2 m, 0, 0], axis: [0, -1, 0]"
     (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.machines
     assert [j.q0 for j in mechanism.system.joints] == [(pytest.approx(0.8726646),), (), (0.0,), ()]

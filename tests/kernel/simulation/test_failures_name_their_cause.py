@@ -52,7 +52,9 @@ def sentence(s, t: int) -> str:
 
 
 @pytest.mark.parametrize(("one", "two"), [(1.0, -1.0), (0.5, 1.0), (-0.3, -0.1)])
-def test_drives_that_contradict_each_other_in_a_loop_are_reported_by_name(one: float, two: float) -> None:
+def test_drives_that_prescribe_incompatible_motions_in_a_closed_loop_are_reported_by_name(
+    one: float, two: float
+) -> None:
     s = started(four_bar("prescribed"))
     s.set_profile("one", 0, one, 1.0, None)
     s.set_profile("two", 0, two, 1.0, None)
@@ -61,7 +63,7 @@ def test_drives_that_contradict_each_other_in_a_loop_are_reported_by_name(one: f
     assert "drives 'one' and 'two' move the same loop and contradict each other; stop one" in message
 
 
-def test_drives_that_agree_in_a_loop_are_accepted() -> None:
+def test_drives_that_prescribe_compatible_motions_in_a_closed_loop_are_accepted() -> None:
     s = started(four_bar("servo"))
     s.set_profile("one", 0, 0.3, 1.0, 0.1)
     s.set_profile("two", 0, 0.3, 1.0, 0.1)

@@ -64,7 +64,7 @@ def test_scipy_methods_resolve_an_oscillation_of_tiny_amplitude(method):
 
 
 @pytest.mark.parametrize("omega", [0.4, 100.0])
-def test_tiny_oscillations_are_resolved_at_low_and_high_frequencies(omega):
+def test_oscillations_of_tiny_amplitude_are_resolved_at_low_and_high_frequencies(omega):
     end = float(after(oscillator(1e-8, omega), 180.0 / omega).state[0]) / 1e-8
     assert end == pytest.approx(let_go(180.0 / omega, omega), abs=FOLLOWED)
 

@@ -75,7 +75,7 @@ def test_many_short_time_grants_and_one_long_grant_give_bit_identical_results():
         assert bits(cut) == bits(whole)
 
 
-def test_observers_do_not_change_a_run_by_a_single_bit():
+def test_observers_of_a_run_do_not_change_a_single_bit_of_its_recording():
     names = frozenset({"sling0", "sling1", "deep"})
     assert bits(story(lambda t: [t], names)) == bits(story(lambda t: [t]))
 

@@ -28,7 +28,7 @@ def falling(*thresholds):
         (Threshold("fast", "speed", of="load-guide"), -7.0, False, 7.0 / G),
     ],
 )
-def test_a_falling_body_fires_its_threshold(threshold, value, rising, when):
+def test_a_falling_body_fires_the_threshold_on_its_height(threshold, value, rising, when):
     s = falling(threshold)
     s.switches.watch(threshold.name, value, rising)
     s.settle()

@@ -73,7 +73,7 @@ def stand(law: str, heard: tuple[str, ...], t_ns: int, granted: int) -> Simulati
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("heard", HEARD, ids=["not subscribed", "subscribed"])
 @pytest.mark.parametrize("t_ns", [BREAK - 1, BREAK, BREAK + 1, EVENT - 1, EVENT, EVENT + 1, EVENT + 5_000_000])
-def test_a_command_takes_effect_at_the_time_it_is_given(law, heard, t_ns):
+def test_a_kernel_command_takes_effect_at_the_time_at_which_it_is_given(law, heard, t_ns):
     s = stand(law, heard, t_ns, t_ns)
     assert (s.epoch, s["t"]) == (t_ns, 0.0)
     row = s.row()
@@ -155,7 +155,7 @@ def test_events_and_samples_do_not_depend_on_how_time_grants_are_split(law, hear
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("second", [BREAK, SECOND // 2], ids=["command at the break", "command later"])
-def test_an_event_in_the_nanosecond_of_a_speed_profile_break_comes_in_the_first_microstep(law, second):
+def test_an_event_at_a_corner_of_a_speed_profile_occurs_in_the_first_microstep(law, second):
     text, _, _ = played(law, ("law",), [Tag(END)], AT_ONCE, second)
     assert text[0][:2] == (Tag(BREAK), "law")
 

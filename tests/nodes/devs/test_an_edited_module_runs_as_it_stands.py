@@ -146,7 +146,9 @@ def test_a_file_with_a_syntax_error_does_not_run_its_earlier_version(write: Call
 MESSAGE = "from heavylift.nodes.devs import Message\nclass Edited(Message):\n    x: int\n"
 
 
-def test_a_message_class_may_move_to_another_module(write: Callable[[str, str], Path]) -> None:
+def test_a_message_class_may_move_to_another_module_between_two_runs(
+    write: Callable[[str, str], Path],
+) -> None:
     write("a.py", MESSAGE)
     imported("a")
     write("h.py", MESSAGE)

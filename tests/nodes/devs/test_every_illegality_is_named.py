@@ -108,7 +108,7 @@ WAITS: list[tuple[Any, str]] = [
 
 
 @pytest.mark.parametrize(("wait", "wrong"), WAITS, ids=[repr(wait) for wait, _ in WAITS])
-def test_an_invalid_wait_is_reported(wait: Any, wrong: str) -> None:
+def test_an_invalid_wait_in_an_action_list_is_reported(wait: Any, wrong: str) -> None:
     assert sentence(start=lambda self: self.hold_in(wait)) == f"r.m at (0 s, 0): {wrong}"
     assert sentence(internal=lambda self: self.hold_in(wait)) == f"r.m at (1 s, 0): {wrong}"
     assert sentence(external=lambda self, e, x: self.hold_in(wait)) == f"r.m at (2 s, 0): {wrong}"

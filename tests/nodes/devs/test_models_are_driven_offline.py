@@ -59,7 +59,7 @@ def test_an_output_function_that_changes_its_model_is_refused_in_an_offline_test
         drive(Impure("g", seconds(1)), until=seconds(3))
 
 
-def test_the_transitions_of_an_offline_driven_model_can_be_inspected() -> None:
+def test_the_transitions_of_a_model_driven_offline_can_be_inspected() -> None:
     log: list[Transition] = []
     drive(Processor("p", 10), [(5, "into", Job(1)), (15, "into", Job(2))], log=log.append)
     assert [(line.tag.t, line.kind) for line in log] == [(5, "external"), (15, "confluent"), (25, "internal")]

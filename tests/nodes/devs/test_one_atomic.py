@@ -53,7 +53,7 @@ def test_the_output_function_is_called_before_an_internal_transition_and_may_be_
         assert g.n == tick + 1
 
 
-def test_an_input_before_its_first_output_silences_a_generator() -> None:
+def test_a_generator_model_that_receives_an_input_before_its_first_output_sends_nothing() -> None:
     g = Generator("g", seconds(10))
     simulator = Simulator(g)
     simulator.start()
@@ -135,7 +135,7 @@ def test_a_simulator_refuses_to_advance_past_the_next_transition_or_into_the_pas
         simulator.advance(Tag(seconds(0.5)))
 
 
-def test_a_run_excludes_its_end_and_can_be_continued() -> None:
+def test_a_simulator_run_stops_before_its_end_time_and_can_be_continued() -> None:
     def log_of(*ends: int) -> list[Transition]:
         log: list[Transition] = []
         simulator = Simulator(Generator("g", seconds(1)), log.append)

@@ -24,7 +24,7 @@ def test_a_tally_of_observations_with_fewer_than_two_has_no_variance() -> None:
     assert (tally.mean, isnan(tally.deviation)) == (3.0, True)
 
 
-def test_a_time_average_weights_its_values_by_their_duration() -> None:
+def test_a_statistic_over_time_weights_each_value_by_its_duration() -> None:
     length = TimeWeighted()
     length.set(2, Tag(10))
     length.set(5, Tag(10, 1))  # 2 held for no time

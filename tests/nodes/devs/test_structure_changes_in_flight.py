@@ -48,7 +48,7 @@ def started(builder: Coupled) -> Simulator:
     return simulator
 
 
-def test_an_added_model_starts_at_the_next_microstep() -> None:
+def test_a_model_added_during_a_run_starts_at_the_next_microstep() -> None:
     g, b, sink = Generator("g", seconds(1)), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, sink], (g.out, b.into)))
     simulator.run(seconds(5))
@@ -100,7 +100,7 @@ def test_adding_or_removing_models_keeps_the_schedule_and_the_elapsed_time_of_al
     assert (Tag(seconds(3.5)), "site.yard.relay", "internal") in lines
 
 
-def test_structure_changes_between_runs_act_before_the_next_tag() -> None:
+def test_changes_of_the_model_structure_between_runs_act_before_the_next_logical_time() -> None:
     g, sink = Generator("g", seconds(1)), Sink("sink")
     builder = coupled("yard", [g, sink], (g.out, sink.into))
     simulator = started(builder)

@@ -11,7 +11,7 @@ PAGE = (Path(__file__).parents[3] / "nodes" / "devs" / "DEVS.md").read_text()
 BLOCKS, ASSERTS = 8, 11
 
 
-def test_all_code_blocks_of_the_page_about_devs_run(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_code_blocks_of_the_documentation_page_about_devs_can_be_executed(monkeypatch: pytest.MonkeyPatch) -> None:
     blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     page = ModuleType("page_about_devs")
     monkeypatch.setitem(sys.modules, page.__name__, page)

@@ -26,7 +26,7 @@ def count(f):
     return sum(count(n.args[0]) if n.op == "call" else 1 for n in f.nodes if n.op != "in")
 
 
-def test_omitted_pads_cost_no_operations():
+def test_a_model_without_pads_spends_no_operations_on_pads():
     every, standing = declared("{}"), declared("{pads: standing}")
     kept = {s.name for s in standing.supports}
     assert len(kept) == len(every.supports) // 2
@@ -40,7 +40,7 @@ def test_a_locked_joint_reduces_the_operations_and_states_of_a_scene():
     assert len(Simulation(locked).state) < len(Simulation(free).state)
 
 
-def test_omitted_wind_costs_no_operations():
+def test_a_model_without_wind_spends_no_operations_on_wind():
     windy, still = mechanism("gust"), mechanism("gust", "mechanism.forces={}")
     never = System(windy.bodies, windy.joints, ropes=windy.ropes, gravity=windy.gravity)
     assert operations(still) == operations(never) < operations(windy)

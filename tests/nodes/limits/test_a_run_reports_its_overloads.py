@@ -31,7 +31,7 @@ def overloaded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_an_overload_makes_the_summary_of_a_run_red(
+def test_an_overload_gives_a_red_summary_of_the_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")

@@ -54,7 +54,7 @@ def test_each_hook_of_the_two_hook_example_carries_its_published_share() -> None
     assert (f"{first:.3f}", f"{second:.3f}", f"{level:.3f}") == ("0.582", "0.543", "0.520")
 
 
-def test_load_factors_of_the_two_hook_example_are_those_of_the_standard() -> None:
+def test_load_factors_in_the_example_with_two_hooks_are_those_of_the_standard() -> None:
     assert [(daf("onshore", mass) or (0.0, ""))[0] for mass in (50e3, 100e3, 300e3, 900e3, 1500e3, 5e6)] == [
         1.10, 1.10, 1.05, 1.05, 1.03, 1.03,
     ]  # fmt: skip

@@ -85,7 +85,7 @@ def test_a_level_pull_turns_from_off_lead_to_side_lead_as_the_boom_slews(kind: s
     assert degrees(uses["off-lead across"].value) == pytest.approx(np.degrees(np.arctan(PULL / hangs)).max(), rel=0.01)
 
 
-def test_the_off_lead_limit_across_a_boom_is_noted_as_side_lead() -> None:
+def test_the_off_lead_limit_across_a_boom_is_listed_as_side_lead() -> None:
     by = {x.quantity: x for x in scene("jib-60", ", off-lead across: 1 deg").plan.limits}
     assert by["off-lead across"].note == "side lead: across the plane of the boom"
     assert by["off-lead"].value == pytest.approx(np.radians(20.0))

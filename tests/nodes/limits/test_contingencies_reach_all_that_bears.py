@@ -35,7 +35,7 @@ def crane(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Mo
     return str(request.param)
 
 
-def test_a_contingency_of_the_weight_counts_as_a_heavier_block(crane: str, tmp_path: Path) -> None:
+def test_a_contingency_on_the_weight_acts_on_all_checks_like_a_heavier_block(crane: str, tmp_path: Path) -> None:
     """At least as a block so much heavier, as the mass of frames and hook blocks grows with it; a footing does not."""
     more = Random(crane).uniform(1.05, 1.3)
     text = begun(crane, tmp_path)
@@ -48,7 +48,7 @@ def test_a_contingency_of_the_weight_counts_as_a_heavier_block(crane: str, tmp_p
         assert other[key] * (1 - CLOSE) <= one[key] <= more * plain[key] * (1 + CLOSE), key
 
 
-def test_an_uncertain_mass_counts_in_design_loads(crane: str, tmp_path: Path) -> None:
+def test_the_uncertainty_of_a_mass_is_included_in_design_loads(crane: str, tmp_path: Path) -> None:
     text, half = begun(crane, tmp_path), Random(crane).uniform(0.05, 0.2)
     sheet = "factors={rigging: 0 t, weight: 1.03, cog factor: 1.1, dynamics: included, wind: 0 m/s}"
     one = worst(parse(text, "made.yaml", [sheet, f"block.mass={MASS:g} t +- {100 * half!r} %"]))
@@ -142,7 +142,7 @@ def test_design_loads_of_hooks_that_share_a_load_are_checked_against_their_reduc
         assert derated[key] == pytest.approx(1.25 * plain[key], rel=1e-9)
 
 
-def test_a_new_scene_rates_a_bridle_of_four_legs_as_an_assembly(crane: str, tmp_path: Path) -> None:
+def test_a_newly_created_scene_rates_a_bridle_of_four_legs_as_an_assembly(crane: str, tmp_path: Path) -> None:
     random = Random(crane)
     for mass in (random.uniform(2.0, 12.0) for _ in range(3)):
         scene = parse(begun(crane, tmp_path, f"B,{mass:.3f},"), "made.yaml")

@@ -78,7 +78,7 @@ def test_a_quantity_without_a_limit_is_reported_as_not_checked(quantity: Quantit
     assert state(use, {}) == expected
 
 
-def test_the_error_of_a_load_is_by_default_that_of_its_rope_tensions() -> None:
+def test_by_default_the_error_of_a_hook_load_is_that_of_its_rope_tensions() -> None:
     limit = RatedLimit(
         subject="load", quantity="hook load", unit="kg", value=10.0, elements=("a", "b"), source="the scene"
     )

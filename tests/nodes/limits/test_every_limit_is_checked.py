@@ -74,7 +74,7 @@ def test_each_limited_quantity_gives_a_red_check_both_at_rest_and_in_a_run(scene
     assert {*KINDS, *REDUCTIONS, *BASES, "signal", "interlock", "off-lead in wind"} - AT_SEA == in_run
 
 
-def test_a_narrow_clearance_turns_the_verdict_red() -> None:
+def test_a_clearance_below_its_limit_turns_the_verdict_red() -> None:
     """Two portals that come within a metre of each other."""
     for limit, red in (("0.9 m", False), ("1.1 m", True)):
         plan = load("tandem", [f"limits={{clearance: {limit}}}"]).plan

@@ -170,6 +170,6 @@ FACTORS = ["weight", "cog factor", "dynamic", "tilt factor", "heights", "yaw", "
 
 
 @pytest.mark.parametrize("key", [*(f"factors.{name}" for name in FACTORS), "limits.impact", "rig.sling.factor"])
-def test_a_factor_of_safety_below_one_is_an_error_of_the_scene(key: str) -> None:
+def test_a_factor_of_safety_below_one_in_a_scene_is_refused(key: str) -> None:
     with pytest.raises(SceneError, match=r"must be 1 or more here, not 0\.9"):
         load("lift", [f"{key}=0.9"])

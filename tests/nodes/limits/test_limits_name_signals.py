@@ -76,7 +76,7 @@ def test_every_quantity_with_a_limit_is_checked_on_signals_or_on_reductions_of_s
 
 
 @pytest.mark.parametrize("name", ["lift", "crawler", "jib", "dock"])
-def test_a_limit_and_a_condition_on_the_same_load_use_one_signal(name: str) -> None:
+def test_a_limit_and_a_condition_for_the_same_load_use_one_signal(name: str) -> None:
     plan = load(name).plan
     row = next(x for x in plan.limits if x.quantity == "hook load")
     words = f"load of {row.subject.replace('.', ' ')} <= 1 t"

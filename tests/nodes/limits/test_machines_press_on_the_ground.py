@@ -199,7 +199,7 @@ def test_each_crane_type_has_its_own_wind_limit(scene: str, most: float) -> None
 
 
 @pytest.mark.parametrize(("crane", "charts"), [("crawler-250", 6), ("rough-terrain-59", 3)])
-def test_no_load_in_a_load_chart_tips_its_crane(crane: str, charts: int, tmp_path: Path) -> None:
+def test_no_load_that_a_bundled_load_chart_allows_tips_its_crane(crane: str, charts: int, tmp_path: Path) -> None:
     """Boom and chart of each, at each radius: the sum of moments about the edge of the base over 360 degrees."""
     kind = library()[crane].read_text(encoding="utf-8")
     text = f"heavylift: 1\nname: a\nend: 1 s\ncranes: {{a: {{type: {crane}%s}}}}\n"

@@ -42,7 +42,7 @@ def judged(peaks: dict[str, tuple[float, float]], built: plan.Plan) -> list[Chec
 
 
 @pytest.mark.parametrize("name", ["lift", "tandem", "turnover"])
-def test_every_limit_has_a_source_or_is_marked_as_unknown(name: str) -> None:
+def test_every_limit_of_a_lift_has_a_stated_source_or_is_marked_as_unknown(name: str) -> None:
     built = load(name).plan
     for limit in built.limits:
         assert bool(limit.source) == limit.known, limit
@@ -111,7 +111,7 @@ def test_a_load_chart_is_interpolated_between_its_points() -> None:
             assert limit.at(x) == pytest.approx(np.interp(x, *zip(*chart, strict=True)), rel=1e-12)
 
 
-def test_the_capacity_of_a_hook_is_read_from_the_chart_at_its_trolley_position() -> None:
+def test_the_capacity_of_a_hook_depends_on_the_trolley_position_by_the_load_chart() -> None:
     scene = bare("lift", [CHART])
     use = next(x for x in scene.uses if x.limit.quantity == "hook load" and x.limit.subject == "crane.H3")
     assert use.value == pytest.approx(170e3, rel=2e-3), "the block leans a little as ropes of two lengths give way"

@@ -125,7 +125,7 @@ def spread(built: Plan, angle: float, tension: float = 5e5) -> SignalColumns:
     return SignalColumns(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: tie.lug})])
 
 
-def test_bridle_angles_beyond_45_degrees_are_noted_and_beyond_60_degrees_red() -> None:
+def test_a_bridle_angle_beyond_45_degrees_gives_a_note_and_beyond_60_degrees_a_red_check() -> None:
     built = plan()
     for angle, severities in ((27.5, []), (44.9, []), (46.0, ["warning"]), (59.9, ["warning"]), (61.0, ["red"])):
         found = judged(built, replace(spread(built, radians(angle)), dynamic=True))

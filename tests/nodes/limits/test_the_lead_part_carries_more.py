@@ -112,7 +112,7 @@ def test_a_lift_that_exceeds_the_drum_pull_is_refused() -> None:
 
 
 @pytest.mark.parametrize("ropes", ["ropes: rigid", "rope mass: lumped", "ropes: massive, lumps: 2"])
-def test_checks_of_a_rope_do_not_depend_on_how_the_rope_is_modelled(ropes: str, tmp_path: Path) -> None:
+def test_the_checks_of_a_rope_do_not_depend_on_its_model_level(ropes: str, tmp_path: Path) -> None:
     """A tension is that at the hook, whatever the rope weighs in the model: its weight is reckoned once."""
     rows = []
     for model in ("ropes: elastic", ropes):

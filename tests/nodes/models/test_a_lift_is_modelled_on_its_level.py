@@ -46,7 +46,7 @@ def test_no_machine_moves_before_it_receives_its_first_order(rung):
     assert np.abs(speeds).max() < (SETTLES if "elastic" in rung else QUIET)
 
 
-def test_parts_omitted_at_a_model_level_are_absent_from_its_system():
+def test_the_system_compiled_at_a_model_level_does_not_contain_the_parts_that_the_level_omits():
     count = {r: len(system(lift(r).plan).joints) for r in ("{}", "{locked: [hinges]}", "{ropes: massive}")}
     assert count["{ropes: massive}"] == count["{}"] + 3 * 4 * 3  # ropes, lumps, joints of each
     hinges = [j.kind for j in system(lift("{locked: [hinges]}").plan).joints if "hinge" in j.name]

@@ -28,7 +28,7 @@ def move(actuator: str, speed: float, by: float | None = None, until: a.Conditio
     return a.Move(verb="drive", model="rig", actuator=actuator, speed=speed, accel=0.1, by=by, until=until)
 
 
-def test_a_mechanism_releases_its_brake_before_the_motor_turns() -> None:
+def test_in_a_mechanism_the_brake_is_released_before_the_motor_turns() -> None:
     release = a.Action(orders=(a.BrakeOrder(model="rig", brake="arm brake", engaged=False),))
     builder = Yard(plan(release, a.Action(orders=(move("motor", 0.1, by=0.5),)))).run()
     assert [(t, m) for t, _, m in builder.kernel.got] == [

@@ -41,21 +41,21 @@ def line(order: Order) -> Order:
     return msgspec.structs.replace(order, where=LINE)
 
 
-def test_two_orders_for_one_actor_in_one_action_are_refused() -> None:
+def test_two_orders_for_one_actuator_in_one_action_are_refused() -> None:
     both = Action(orders=(hoist("west.H1", -2.0), line(hoist("west.H1", 2.0))))
     assert fails(turnover(both)) == (
         f"(0 s, 0): {LINE}: west.H1 gets an order while its hoist (order 1 of action 1) is not done; {DONE}"
     )
 
 
-def test_an_order_for_a_moving_actor_is_refused() -> None:
+def test_an_order_for_an_actuator_that_is_moving_is_refused() -> None:
     first = Action(orders=(line(hoist("west.H1", -9.5)),))
     lifted = [e for i in (1, 2, 3, 4) for e in events("open", 5.0, f"block.lower-{i}")]
     second = Action(when=LiftedCondition(), orders=(hoist("west.H1", 2.0),))
     assert f"west.H1 gets an order while its hoist ({LINE}) is not done" in fails(turnover(first, second), *lifted)
 
 
-def test_an_order_for_an_actor_that_follows_the_turn_is_refused() -> None:
+def test_an_order_for_an_actuator_that_follows_a_turn_over_is_refused() -> None:
     both = Action(orders=(Turn(rate=0.1, accel=0.1, to=1.0), line(hoist("east.H3", 2.0))))
     assert fails(turnover(both)) == (
         f"(0 s, 0): {LINE}: east.H3 gets an order while it follows the turn; wait until that is done"

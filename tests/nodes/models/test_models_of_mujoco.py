@@ -165,7 +165,7 @@ LACKS = f"""<mujoco>{G}<worldbody><light/><geom type="plane" size="1 1 1"/>
 </mujoco>"""
 
 
-def test_features_of_mujoco_that_cannot_be_imported_are_listed(tmp_path):
+def test_features_of_a_mujoco_model_that_cannot_be_imported_are_listed(tmp_path):
     file = tmp_path / "lacks.xml"
     file.write_text(LACKS)
     text = "\n".join(from_mujoco(file).missing)

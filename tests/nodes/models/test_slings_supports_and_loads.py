@@ -90,7 +90,7 @@ def test_a_lifting_beam_reports_at_once_that_a_sling_becomes_taut_or_slack() -> 
     ]
 
 
-def test_an_overload_is_reported_when_it_begins_and_when_it_ends() -> None:
+def test_an_overload_of_a_sling_is_reported_when_it_begins_and_when_it_ends() -> None:
     context = loader()
     for t, tension in ((1.0, 2.6e6), (2.0, 2.5e6), (3.0, 2.6e6)):
         context.put(t, "state", StateEvent("loader-3.load", "reached", tension))

@@ -39,7 +39,7 @@ def test_the_turn_law_gives_the_tabulated_rope_lengths_and_trolley_positions(
                 assert first[i] + way(found[name], a, b) == pytest.approx(row[i], abs=0.06)
 
 
-def test_in_a_turn_every_trolley_and_winch_follows_the_angle_and_no_crane_travels() -> None:
+def test_during_a_turn_over_each_trolley_and_winch_follows_the_block_angle_and_no_crane_travels() -> None:
     names = ["upper-slide.drive", "H1", "H2", "lower-slide.drive", "H3"]
     assert list(laws(turnover(), half("B"))) == [f"{crane}.{name}" for crane in ("west", "east") for name in names]
 
@@ -57,7 +57,7 @@ def test_a_turn_is_refused_if_all_slings_of_the_block_pull_along_one_line() -> N
         laws(turnover(), first_lugs(turnover(hooked="A").machines))
 
 
-def test_a_turn_is_refused_if_one_trolley_has_to_be_at_two_places() -> None:
+def test_a_turn_over_is_refused_if_it_requires_one_trolley_at_two_places() -> None:
     lugs = half("B") | {"loader-2.sling-1": "B+16", "loader-2.sling-2": "B+20"}
     with pytest.raises(ModelError, match=r"^the hooks on west.upper hold lugs at different"):
         laws(turnover(), lugs)

@@ -62,12 +62,12 @@ def test_a_queue_serves_its_entities_in_the_order_of_its_discipline(
     assert left(server, entities(1, 2, 0, 1)) == expected
 
 
-def test_a_failed_unit_resumes_its_job_when_it_is_repaired() -> None:
+def test_a_machine_in_a_queueing_network_that_fails_resumes_its_job_when_it_is_repaired() -> None:
     server = Server("server", Fixed(10.0), failures=Failures(Fixed(4.0), Fixed(3.0)))
     assert left(server, entities(0))[:1] == [(16.0, 0)]  # down from 4 to 7 s and from 11 to 14 s
 
 
-def test_an_entity_that_arrives_at_a_full_queue_is_lost() -> None:
+def test_an_entity_that_arrives_at_a_full_queue_of_a_queueing_network_is_lost() -> None:
     server = Server("server", Fixed(10.0), capacity=1)
     assert left(server, entities(0, 0, 0), "lost") == [(2.0, 2)]
     assert left(server, entities(0, 0, 0)) == [(10.0, 0), (20.0, 1)]

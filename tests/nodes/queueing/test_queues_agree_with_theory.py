@@ -147,7 +147,7 @@ def test_the_loss_of_a_full_queue_agrees_with_theory() -> None:
     assert abs(fmean(shares) - lost) <= WIDTH * stdev(shares) / sqrt(REPLICATIONS)
 
 
-def test_the_mean_number_of_broken_machines_agrees_with_queueing_theory() -> None:
+def test_the_mean_number_of_machines_under_repair_agrees_with_queueing_theory() -> None:
     machines, repairers, up, down = 6, 2, 10.0, 4.0
     terms = [1.0]
     for n in range(machines):
@@ -170,7 +170,7 @@ def test_the_mean_number_of_broken_machines_agrees_with_queueing_theory() -> Non
     check(build, {"net.broken.number": broken})
 
 
-def test_the_availability_of_units_is_the_mean_time_between_failures_over_that_time_plus_the_repair_time() -> None:
+def test_the_availability_of_a_machine_with_failures_agrees_with_the_formula_for_mean_times() -> None:
     def build(seed: int) -> Coupled:
         failures = Failures(Exponential(50.0), Erlang(3, 10.0))
         return line(
@@ -200,7 +200,7 @@ def test_the_joint_distribution_of_a_jackson_network_is_the_product_of_its_queue
     check(build, {"net.sink.mean": 2 * first / (1 - first) / rate})
 
 
-def test_a_resource_occupied_for_a_time_acts_like_a_server() -> None:
+def test_a_resource_model_occupied_for_a_service_time_acts_like_a_server_model() -> None:
     def build(seed: int) -> Coupled:
         net = Coupled("net")
         source = net.add(Source("source", Exponential(0.5), seed=seed))

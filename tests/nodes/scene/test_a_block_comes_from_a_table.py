@@ -110,7 +110,7 @@ def test_a_workbook_and_a_csv_table_give_the_same_block(scene: Path) -> None:
         ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is not a row of a table: unexpected end of data"),
     ],
 )
-def test_faults_in_a_table_are_reported_with_file_row_and_column(
+def test_faults_in_a_table_of_blocks_are_reported_with_file_and_row_and_column(
     scene: Path, old: str, new: str, sentence: str
 ) -> None:
     table = scene.parent / "blocks.csv"

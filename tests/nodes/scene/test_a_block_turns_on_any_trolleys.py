@@ -91,7 +91,7 @@ def several(text: str) -> str:
     )
 
 
-def test_any_of_several_blocks_can_be_turned() -> None:
+def test_any_of_several_blocks_in_a_scene_can_be_turned_over() -> None:
     one, two = (play(parse(text, "tilting.yaml").plan) for text in (SCENE, several(SCENE)))
     a, b = one.past.part(0, len(one.t)), two.past.part(0, len(two.t))
     assert np.abs(a.poses["block"] - b.poses["tank"]).max() < 1e-4, "to the tolerance, in another order of names"

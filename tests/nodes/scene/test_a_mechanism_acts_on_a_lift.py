@@ -52,7 +52,7 @@ def test_a_frame_bolted_to_the_block_hangs_with_it() -> None:
     assert pulls(lift(bolted))[2] == pytest.approx((BLOCK + HANGING + 20e3) * G, rel=1e-6)
 
 
-def test_a_tag_line_pulls_until_the_block_meets_a_guide() -> None:
+def test_a_tag_line_pulls_the_block_until_the_block_meets_a_guide() -> None:
     """With what rigid contacts press no rest is followed: the lift is checked up to there, and a warning tells why."""
     line = "{start: {body: world, at: [40 m, 40 m, 0]}, end: {body: block, at: [0, -8 m, 0]}, EA: 1 MN, length: 27 m}"
     wall = "{body: block, at: [0, -8 m, 0], against: {at: [40 m, 66.9 m, 0], normal: [0, 1, 0]}}"

@@ -61,7 +61,7 @@ actions:
 """
 
 
-def test_a_joint_that_cannot_be_reversed_is_reported_with_its_place() -> None:
+def test_a_joint_written_from_child_to_parent_that_cannot_be_reversed_is_reported_with_its_line() -> None:
     with pytest.raises(SceneError) as e:
         parse(UPSIDE_DOWN)
     assert "scene.yaml:6:3:" in str(e.value)

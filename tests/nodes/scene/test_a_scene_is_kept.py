@@ -35,7 +35,7 @@ def loaded(cache: Path, *arguments: str) -> tuple[str, bool]:
     return plan, built == "True"
 
 
-def test_reading_an_unchanged_scene_again_gives_the_cached_plan(tmp_path: Path) -> None:
+def test_loading_an_unchanged_scene_again_returns_the_plan_in_the_cache(tmp_path: Path) -> None:
     settings = ["block.mass=310 t", "ask=[rope tension]", "accuracy=5 %"]
     plan = sha256(repr(load("lift", settings).plan).encode()).hexdigest()
     assert loaded(tmp_path / "cache", "lift", *settings) == (plan, True)

@@ -55,7 +55,7 @@ def nudge(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("nudge")
-def test_a_verb_of_orders_with_its_own_module_is_parsed_resolved_and_executed(tmp_path: Path) -> None:
+def test_a_verb_of_orders_defined_in_one_module_is_parsed_and_executed(tmp_path: Path) -> None:
     run(parse(SCENE), tmp_path / "jib.mcap", in_process=True)
     angle = Recording(tmp_path / "jib.mcap")["joint/position/pivot.angle"]
     assert degrees(angle.values[-1, 0]) == pytest.approx(5.0)

@@ -84,7 +84,7 @@ scene.yaml:9:17: error: actions[0].when: two real numbers are never exactly equa
     )
 
 
-def test_an_invalid_setting_is_reported_like_a_line_of_the_scene() -> None:
+def test_a_fault_in_a_setting_is_reported_in_the_form_of_a_fault_in_the_scene() -> None:
     assert (
         refused(TEXTS["lift"], "cranes.crane.at=41")
         == """\
@@ -111,11 +111,11 @@ def test_a_recording_given_as_a_scene_is_reported_as_such(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("text", ["", "- a", "just words", "heavylift: [1", "a: &x [*x]", "? [a]\n: 1", "{}"])
-def test_any_random_text_given_as_a_scene_is_refused_in_sentences(text: str) -> None:
+def test_a_random_text_given_as_a_scene_is_refused_with_complete_sentences(text: str) -> None:
     assert HEAD.fullmatch(refused(text).splitlines()[0])
 
 
-def test_names_reserved_for_the_run_are_refused_as_node_names() -> None:
+def test_names_that_a_run_reserves_for_itself_are_refused_as_names_of_nodes() -> None:
     assert {COMMANDER, KERNEL, OBSERVER, "event", "coordinator"} <= set(RESERVED)
     for word in ("event", OBSERVER):
         with pytest.raises(ProtocolError):

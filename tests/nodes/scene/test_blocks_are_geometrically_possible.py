@@ -40,7 +40,7 @@ def test_a_sling_through_the_block_to_a_lug_below_is_refused_with_its_line_in_th
     assert "loader-3.sling-1 would go through 8 m of the block on its straight way to the lug R1" in str(error.value)
 
 
-def test_a_sling_past_the_end_wall_of_a_block_is_accepted() -> None:
+def test_a_sling_that_passes_the_end_wall_of_a_block_without_touching_is_accepted() -> None:
     load("turnover")
     text = LIFT.replace("R1: [-2 m, 6 m, 4.3 m]", "R1: [-2 m, 8.3 m, -3 m]")
     text = text.replace("R2: [2 m, 6 m, 4.3 m]", "R2: [2 m, 8.3 m, -3 m]").replace("H3, sling: 10 m", "H3, sling: 18 m")

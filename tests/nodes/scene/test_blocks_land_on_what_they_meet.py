@@ -94,7 +94,7 @@ def test_a_block_can_land_on_another_one() -> None:
         ("landed on hall.main", "'block' meets no 'hall.main' on which it could land"),
     ],
 )
-def test_impossible_landings_are_reported(words: str, told: str) -> None:
+def test_impossible_landings_of_blocks_in_a_scene_are_reported(words: str, told: str) -> None:
     with pytest.raises(SceneError) as error:
         parse(TEXT.replace("landed on quay", words), passing=True)
     assert told.split(":")[0] in str(error.value)

@@ -63,7 +63,7 @@ def test_every_block_contacts_the_floor_and_every_other_block() -> None:
 
 
 @pytest.mark.parametrize(("meets", "corners"), [("corners", 8), ("lower corners", 4)])
-def test_corners_of_a_block_touch_an_obstacle_one_by_one(meets: str, corners: int) -> None:
+def test_corners_of_a_tilted_block_touch_an_obstacle_one_after_another(meets: str, corners: int) -> None:
     """Points at half the edges of the block; lower ones at its lower face only."""
     text = PUSHED.replace("meets: corners", f"meets: {meets}")
     contacts = system(parse(text).plan).contacts

@@ -172,7 +172,7 @@ mechanism:
     assert place(mechanism.system.ropes[0].lines[0].b, poses(mechanism.system)) == pytest.approx((0, 0, 5))
 
 
-def test_a_node_that_only_reads_the_plan_imports_few_modules() -> None:
+def test_a_node_process_that_only_decodes_the_plan_imports_few_modules() -> None:
     code = "import sys, heavylift.nodes.plan.plan; print({'pydantic', 'ruamel.yaml', 'numpy'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"

@@ -72,7 +72,7 @@ def test_a_workbook_and_a_csv_file_give_the_same_load_chart(tmp_path: Path) -> N
         ("boom 20 m [t],boom 30 m [t]", "a,b", r"charts\.csv:1: the head of a chart: 'radius \[m\]' and columns"),
     ],
 )
-def test_faults_in_a_load_chart_are_reported_with_file_row_and_column(
+def test_faults_in_a_load_chart_file_are_reported_with_file_and_row_and_column(
     tmp_path: Path, old: str, new: str, told: str
 ) -> None:
     with pytest.raises(SceneError, match=told):

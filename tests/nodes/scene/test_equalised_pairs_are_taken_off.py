@@ -22,7 +22,7 @@ def scene(*orders: str) -> str:
     return text.replace("until all slings taut", "until lifted", 1) + "".join(f"  - {x}\n" for x in orders)
 
 
-def test_the_load_of_a_parted_sling_pair_goes_to_the_neighbouring_slings(tmp_path: Path) -> None:
+def test_when_a_sling_pair_parts_its_load_goes_to_the_neighbouring_slings(tmp_path: Path) -> None:
     """Each of four slings of 6 m to lugs 2.83 m aside carries a quarter at its slant; of the pair nothing is left."""
     lift = parse(scene("hall: hoist 4 m/min by 0.3 m", "pair: release", "wait: 2 s"), passing=True)
     before, after = (next(s for s in reversed(lift.statics.states) if s.action == n) for n in (3, 4))

@@ -38,7 +38,7 @@ def test_flexible_bodies_written_in_a_scene_reach_the_kernel_unchanged() -> None
 
 
 @pytest.mark.parametrize("form", ["csv", "npz"])
-def test_matrices_are_read_from_files_next_to_the_scene(tmp_path: Path, form: str) -> None:
+def test_matrices_of_a_scene_are_read_from_files_in_the_folder_of_the_scene(tmp_path: Path, form: str) -> None:
     beam = Beam(30.0, 200.0, 9e8, elements=4)
     M, K = beam_matrices(beam)
     arrays = {"nodes": nodes_of(beam), "mass": M, "stiffness": K}

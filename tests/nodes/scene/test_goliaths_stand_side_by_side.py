@@ -84,7 +84,7 @@ def test_the_second_of_two_cranes_stands_at_its_stated_place(runs: dict[str, Rec
     assert {name for _, name in other.stages()} >= {"a: lift off", "b: lift off"}
 
 
-def test_the_digest_of_two_lifts_is_equal_in_any_placement(
+def test_the_digest_of_a_run_with_two_lifts_is_equal_for_any_placement_of_nodes(
     two: LoadedScene, runs: dict[str, Recording], tmp_path: Path
 ) -> None:
     placement = Placement.spread([*build(two.plan), KERNEL], 4)

@@ -116,7 +116,7 @@ def test_an_inertia_with_rounded_digits_is_accepted(inertia):
     assert faults(inertia) == []
 
 
-def test_the_inertia_proposed_by_the_error_message_is_accepted():
+def test_the_inertia_that_an_error_message_proposes_is_accepted():
     """For random moments beyond the sum: the sentence ends with some that are possible."""
     import numpy as np
 

@@ -103,7 +103,7 @@ def test_stating_the_uncertainties_of_inputs_changes_only_the_limits_of_the_plan
         assert without_uncertainty(stated.plan) == without_uncertainty(plain.plan)
 
 
-def test_uncertainties_written_in_free_text_are_not_read() -> None:
+def test_uncertainties_that_appear_only_in_comments_or_free_text_are_not_read() -> None:
     stage = "actions.0.stage=20..30 t on the hooks"
     source = "limits={ropes: {crane.H1: {tension: 4 MN, source: 3 +- 1 tests}}}"
     scene = load("lift", [stage, source])

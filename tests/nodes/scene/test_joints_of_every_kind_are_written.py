@@ -57,7 +57,7 @@ actions:
 )
 
 
-def test_a_scene_with_every_joint_type_is_read():
+def test_a_scene_file_with_every_joint_type_is_read():
     built = parse(SCENE).plan
     (mechanism,) = built.machines
     s = mechanism.system

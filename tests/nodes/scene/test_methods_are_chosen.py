@@ -23,7 +23,7 @@ mechanism:
 """
 
 
-def test_by_default_steps_are_as_long_as_the_accuracy_allows():
+def test_by_default_the_time_steps_are_as_long_as_the_requested_accuracy_allows():
     plan = parse(SCENE.format("")).plan
     assert (plan.method, plan.step) == ("dopri5", None)
 
@@ -82,7 +82,7 @@ def test_integration_methods_that_cannot_run_are_refused_before_the_start(keys: 
         ("girder", ["method=rk4", "step=1 s"], "too long for method 'rk4', since 'girder' on 'girder' swings at"),
     ],
 )
-def test_check_and_run_refuse_an_unstable_step_with_the_same_sentence(
+def test_the_commands_check_and_run_refuse_an_unstable_time_step_with_the_same_sentence(
     scene, keys, sentence, tmp_path, monkeypatch, capsys
 ):
     text = []
@@ -103,7 +103,7 @@ def test_a_fixed_step_within_the_stability_limit_is_accepted(monkeypatch, capsys
 
 
 @pytest.mark.parametrize("keys", ["method: ros34pw2", "method: sdirk2\ntolerance of: rope tension\ntolerance: 1e-3"])
-def test_a_scene_with_a_removed_method_runs_with_radau5_and_a_note(tmp_path, keys):
+def test_a_scene_with_an_integration_method_that_no_longer_exists_runs_with_radau5_and_a_note(tmp_path, keys):
     removed = keys.split("\n")[0].removeprefix("method: ")
     todays = keys.replace(removed, "radau5").replace("tolerance of: rope tension\n", "")
     for name, text in (("removed", keys), ("today", todays)):

@@ -82,7 +82,7 @@ def test_an_invalid_phrase_of_an_order_or_condition_is_refused(text: str) -> Non
     assert (refusal.value.column, str(refusal.value)) == WRONG[text]
 
 
-def test_an_order_phrase_of_more_than_10_000_characters_is_refused() -> None:
+def test_an_order_text_of_more_than_10_000_characters_is_refused() -> None:
     for text in ("lower " + "9" * 1_500_000, "lower 1 m" + " " * 1_500_000, "when " + "x" * 1_500_000):
         for read in (read_order, read_condition):
             with pytest.raises(PhraseError, match=f"a phrase has at most 10000 characters, this one has {len(text)}"):

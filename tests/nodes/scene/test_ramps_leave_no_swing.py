@@ -88,7 +88,7 @@ def test_swing_free_ramps_leave_less_than_two_percent_of_the_swing_of_a_step_in_
     assert np.ptp(y[run.t > 95.0]) < 0.02 * 4.0 * 20 / 60 * move_of(scene).periods[0] / (2 * pi)
 
 
-def test_check_reports_the_chosen_swing_free_ramps() -> None:
+def test_the_command_check_reports_the_chosen_swing_free_ramps() -> None:
     message = str(check(load("lift", [LIFT.format("one swing")])))
     trolleys = "the upper trolley of crane, the lower trolley of crane"
     assert f"  sideways: {trolleys}: 0.01847 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in message
@@ -183,7 +183,7 @@ def test_the_residual_swing_of_a_speed_profile_is_that_of_a_linear_oscillator(pu
 
 @pytest.mark.parametrize("distance", [-1e-6, 0.3, 4.0, 120.0, -33.3])
 @pytest.mark.parametrize("pulses", [1, 2])
-def test_swing_free_speed_profiles_end_exactly_at_their_goal(pulses: int, distance: float) -> None:
+def test_swing_free_speed_profiles_end_exactly_at_the_target_position(pulses: int, distance: float) -> None:
     rows = profile(pulses, distance, 0.5, 0.1, (15.0, 13.0), 7)
     assert way(rows) == pytest.approx(distance, rel=1e-15)
     assert rows[0] == (7, 0.0)

@@ -35,7 +35,7 @@ def mechanism(sheave):
     return parse(SCENE.replace(", SHEAVE", f", {sheave}" if sheave else "")).plan.machines[0]
 
 
-def test_a_rope_over_frictionless_points_has_one_tension():
+def test_a_rope_over_several_points_without_friction_has_one_tension():
     w, o, load = Point("world", (-1.0, 0.0, 0.0)), Point("world"), Point("load")
     system = mechanism("").system
     lines = (Line(w, load), Line(load, o), Line(o, load))

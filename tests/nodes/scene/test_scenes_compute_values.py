@@ -35,7 +35,9 @@ def test_settings_change_the_parameters_of_expressions_in_a_scene():
         ("=half*(1 + 2", "block.mass: a bracket is not closed here"),
     ],
 )
-def test_mistakes_in_expressions_are_reported_with_file_line_and_key(wrong: str, sentence: str):
+def test_mistakes_in_arithmetic_expressions_of_a_scene_are_reported_with_file_and_line_and_key(
+    wrong: str, sentence: str
+):
     with pytest.raises(SceneError) as error:
         parse(LIFT.replace("=2*half", wrong), "half.yaml")
     assert str(error.value).startswith("half.yaml:5:")

@@ -72,7 +72,7 @@ def read():
     ("scene", "words", "told"),
     [("jib", *item) for item in JIB.items()] + [("wind-tandem", *item) for item in GOLIATHS.items()],
 )
-def test_each_condition_is_a_threshold_of_a_signal(read, scene, words, told):
+def test_each_condition_in_an_action_list_is_a_threshold_of_a_signal(read, scene, words, told):
     term = read(scene, words)
     assert (term.model, term.threshold.quantity) == told
 
@@ -225,7 +225,7 @@ def test_an_interlock_can_monitor_each_of_several_slings(value, quantity):
         ("load of west H1 <= 3 m", "'3 m' is not a valid mass"),
     ],
 )
-def test_signals_that_cannot_be_limited_are_reported(words, sentence):
+def test_a_limit_on_a_signal_that_cannot_be_limited_is_reported(words, sentence):
     with pytest.raises(SceneError) as error:
         limited(words)
     assert sentence in str(error.value)

@@ -67,7 +67,7 @@ def test_statics_can_start_from_the_pose_of_a_run_at_a_given_time(capsys, monkey
     assert during[0]["bodies"]["block"] > 0.5  # now it is the block that swings
 
 
-def test_a_run_paused_at_a_time_has_the_state_of_the_full_run():
+def test_a_simulation_paused_at_a_time_has_the_state_that_the_whole_run_has_then():
     simulation = paused(load("lift", []), at=40.0)
     assert simulation.epoch == 40_000_000_000
     moving = simulation.state.copy()

@@ -26,7 +26,7 @@ def lift(orders: str, end: str = "900 s"):
     return parse(text[: text.index("actions:")] + "actions:\n" + LIFTED + orders)
 
 
-def test_loads_along_the_path_with_one_moving_hook_agree_with_the_kernel():
+def test_loads_along_an_equilibrium_path_with_one_moving_hook_agree_with_the_kernel():
     scene = lift("  - stage: alone\n    crane H3: hoist 0.3 m/min by 0.5 m\n  - stage: still\n    wait: 300 s\n")
     simulation = paused(scene, at=600.0)
     rests = equilibrium(simulation).tensions

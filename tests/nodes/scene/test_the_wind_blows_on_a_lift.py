@@ -31,7 +31,7 @@ def test_wind_along_the_rails_is_held_by_the_gantry_drive() -> None:
     assert held == pytest.approx(FORCE, rel=LEANS)
 
 
-def test_the_wind_is_recorded_and_checked() -> None:
+def test_the_wind_during_a_run_is_recorded_and_checked_against_its_limit() -> None:
     result = simulate(load("lift", [ALONG, "end=2 s"]))
     assert result["wind/force"]["wind.block"][0] == pytest.approx(FORCE, rel=SLOW)
 

@@ -41,7 +41,7 @@ def test_a_load_chart_interlock_trips_at_the_radius_where_the_capacity_falls(rec
     assert not [e for e in recording.events() if e.type == "Tripped" and ".apart" in e.value["actor"]]
 
 
-def test_both_modules_are_set_down_symmetrically_on_their_plinths(recording: Recording) -> None:
+def test_both_modules_of_the_example_with_two_jibs_land_symmetrically_on_their_plinths(recording: Recording) -> None:
     a, b = (recording[f"pose/{lift}-block"].values[-1] for lift in "ab")
     assert (a[2], b[2]) == pytest.approx((1.0 + 1.5,) * 2, abs=STANDS_m)
     assert a[1] + b[1] == pytest.approx(64.0, abs=STANDS_m)

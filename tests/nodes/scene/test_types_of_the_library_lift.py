@@ -67,7 +67,7 @@ def test_a_machine_written_part_by_part_lifts_a_block(name: str) -> None:
     assert scene.statics.known
 
 
-def test_every_bundled_crane_type_has_a_lift_test() -> None:
+def test_every_bundled_crane_type_lifts_a_block_in_some_test() -> None:
     others = {"goliath-840", "goliath-900", "goliath-1200", "goliath-1600", "mobile-gantry-600", "twin-hook-600"}
     assert {*LIFTS, *others} == {*library()}
 
@@ -159,7 +159,9 @@ def test_boom_angles_of_the_load_chart_give_the_radii_of_the_load_chart(boom: in
 
 
 @pytest.mark.parametrize(("boom", "found"), [(10.0, 10.9728), (11.0, 15.5448), (15.5448, 15.5448), (15.6, 20.1168)])
-def test_between_two_boom_lengths_the_load_chart_of_the_longer_boom_applies(boom: float, found: float) -> None:
+def test_for_a_boom_length_between_two_load_charts_the_chart_of_the_longer_boom_applies(
+    boom: float, found: float
+) -> None:
     hook = with_boom(boom)
     assert hook.chart == next(x.chart for x in hook.capacity_charts if x.boom == found)
 

@@ -59,7 +59,9 @@ def test_each_limit_of_each_type_is_checked_at_the_worst_corner_of_uncertain_inp
     assert seen > 2
 
 
-def test_a_value_beyond_its_limit_only_at_the_worst_corner_gives_a_red_check_with_that_corner() -> None:
+def test_a_value_beyond_its_limit_only_in_the_worst_combination_of_inputs_gives_a_red_check_with_that_combination() -> (
+    None
+):
     """510 t use 97.0 % of a sling, 536 t 101.8 %; that a wider spread changes no value is seen beside."""
     narrow, wide = (bare("lift", [f"block.mass=510 t +- {part} %", "end=90 s"]) for part in (2, 5))
     assert [x.value for x in narrow.uses] == [x.value for x in wide.uses]
@@ -74,7 +76,7 @@ def test_a_value_beyond_its_limit_only_at_the_worst_corner_gives_a_red_check_wit
     assert row.use == pytest.approx(1.05 * (nominal.use or 0.0), rel=2e-3)
 
 
-def test_a_run_and_the_static_check_use_the_same_extreme_combinations_of_uncertain_inputs() -> None:
+def test_run_and_static_check_use_the_same_extreme_combinations_of_uncertain_inputs() -> None:
     scene = bare("lift", ["block.mass=510 t +- 5 %", "end=90 s"])
     run = play(scene.plan)
     red = [f.sentence for f in run.verdict.findings if f.state == "red"]
@@ -94,7 +96,7 @@ def test_an_uncertain_input_without_equilibrium_at_its_bounds_is_listed() -> Non
 
 
 @pytest.mark.parametrize("least", [False, True])
-def test_the_worst_corner_of_uncertain_inputs_is_that_of_the_highest_utilisation(least: bool) -> None:
+def test_the_worst_combination_of_uncertain_inputs_is_that_of_the_highest_utilisation(least: bool) -> None:
     for seed in range(50):
         random = Random(seed)
         bound, value, spread = (random.uniform(1.0, 9.0) for _ in range(3))

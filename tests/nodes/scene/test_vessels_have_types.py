@@ -27,7 +27,7 @@ MOORED = ", floating: {mooring: {surge: 100 kN/m}}"
 
 
 @pytest.mark.parametrize("name", WEIGHTS)
-def test_a_vessel_has_the_size_and_hydrodynamics_of_its_type_and_keeps_its_own_keys(name: str) -> None:
+def test_a_vessel_takes_size_and_hydrodynamics_from_its_type_and_its_other_keys_from_the_scene(name: str) -> None:
     text = SCENE % (name, WEIGHTS[name], MOORED)
     vessel = parse(text).scene.vessels["barge"]
     assert vessel.size[0] == float(name.removeprefix("barge-"))
@@ -44,7 +44,7 @@ def test_every_bundled_type_of_a_vessel_floats_level_with_the_mass_that_it_state
         assert of["source"]
 
 
-def test_a_vessel_type_in_a_scene_with_given_motions_supplies_size_and_draught_only() -> None:
+def test_in_a_scene_that_prescribes_the_motion_of_a_vessel_its_type_supplies_only_size_and_draught() -> None:
     given = ", motion: given, responses: {heave: [0.5 m/m, 0 deg]}"
     vessel = parse(SCENE % ("barge-75", 4000, given)).scene.vessels["barge"]
     assert (vessel.draught, vessel.floating) == (2.5, None)

@@ -78,7 +78,7 @@ vessels:
 
 
 @pytest.mark.parametrize("heading", [0.0, 35.0, -90.0])
-def test_the_tip_of_a_crane_on_a_vessel_moves_by_the_responses_of_the_vessel(heading: float) -> None:
+def test_the_tip_of_a_crane_on_a_vessel_moves_by_the_response_functions_of_the_vessel(heading: float) -> None:
     """Place and velocity of the boom's tip against R(t) A cos(w t + phase - k x), k = w^2 / g, at some times."""
     given = GIVEN.replace("    responses:", f"    heading: {heading} deg\n    responses:")
     plan = parse(given + CRANE + BLOCK % "180 t" + "actions: [{wait: 1 s}]\n").plan
@@ -112,7 +112,7 @@ def test_the_tip_of_a_crane_on_a_vessel_moves_by_the_responses_of_the_vessel(hea
         assert V[3:] + np.cross(V[:3], arm) == pytest.approx(rate, abs=1e-7)
 
 
-def test_a_load_above_two_percent_of_the_displacement_is_refused_on_a_vessel_with_given_motions() -> None:
+def test_a_load_above_two_percent_of_the_displacement_is_refused_on_a_vessel_with_prescribed_motion() -> None:
     """300 t on 13 796 t, crane included, would move the vessel otherwise; it is said so."""
     with pytest.raises(SceneError) as error:
         parse(GIVEN + CRANE + BLOCK % "300 t" + "actions: [{wait: 1 s}]\n")

@@ -53,7 +53,7 @@ def digest() -> str:
     return play(lift().plan).digest
 
 
-def test_another_seed_of_the_sea_gives_another_run(digest: str) -> None:
+def test_a_run_with_another_seed_of_the_sea_differs(digest: str) -> None:
     assert play(lift(2).plan).digest != digest
 
 
@@ -101,7 +101,9 @@ def test_a_verdict_over_seeds_checks_the_quantile_of_the_peaks_instead_of_the_la
 
 @pytest.mark.parametrize("kind", ["most", "least", "between", "chart"])
 @pytest.mark.parametrize("seed", range(10))
-def test_each_kind_of_limit_is_checked_against_the_confidence_bound_of_its_quantile(seed: int, kind: str) -> None:
+def test_in_runs_over_many_seeds_each_limit_is_checked_against_the_confidence_bound_of_a_quantile(
+    seed: int, kind: str
+) -> None:
     """A limit beyond the bound is green, one between quantile and bound undecided, one far on the other side red."""
     random = Random(seed)
     values = [random.gauss(100.0, 5.0) for _ in range(30)]

@@ -39,7 +39,9 @@ def test_the_moored_barge_moves_in_waves_and_its_lines_hold_it(ran: tuple[RunRes
     assert max(np.abs(pose[axis]).max() for axis in "xy") < 1.0
 
 
-def test_the_energy_balance_of_waves_water_and_mooring_lines_closes(ran: tuple[RunResult, Recording]) -> None:
+def test_the_energy_balance_of_a_system_with_waves_and_water_and_mooring_lines_closes(
+    ran: tuple[RunResult, Recording],
+) -> None:
     """What waves and winches bring in is in motion, heights, strain and water, or went away as waves."""
     assert 0.0 < ran[0].energy_error < BALANCE
 

@@ -113,7 +113,9 @@ def test_nemoh_moments_about_another_point_are_transferred_to_the_centre_of_a_sp
     assert np.abs(of.A[:, 4, 4]).max() < SPHERE * POINT**2 * of.A[:, 0, 0].max()
 
 
-def test_the_file_hash_and_the_water_depth_of_nemoh_data_are_recorded(tmp_path: Path, hull: Coefficients) -> None:
+def test_a_recording_states_the_file_hash_and_the_water_depth_of_its_nemoh_data(
+    tmp_path: Path, hull: Coefficients
+) -> None:
     found = hull_of(written(tmp_path, around(hull), "12."))
     assert found.depth == 12.0
     assert found.buoyancy == (0.0, 0.0, -0.37)

@@ -43,7 +43,9 @@ def test_a_vessel_with_prescribed_motion_moves_in_waves_from_any_side_by_its_res
 
 
 @pytest.mark.parametrize(("period", "to"), [(6.0, 150.0), (10.0, 90.0)])
-def test_a_vessel_of_given_motion_is_where_the_free_vessel_is_at_each_instant(period: float, to: float) -> None:
+def test_a_vessel_with_prescribed_response_to_waves_is_always_where_the_freely_floating_vessel_is(
+    period: float, to: float
+) -> None:
     """A quarter of an hour after the start, in amplitude and phase."""
     w, poses = 2.0 * np.pi / period, []
     times = 900.0 + period * np.arange(16) / 16.0
@@ -70,7 +72,7 @@ def placed(s: Simulation, t: float) -> np.ndarray:
     return np.array([*pose[:3], R[2, 1], -R[2, 0], R[1, 0]])
 
 
-def test_given_motion_in_an_irregular_sea_is_the_sum_of_the_responses_to_its_waves() -> None:
+def test_the_prescribed_motion_in_an_irregular_sea_is_the_sum_of_the_responses_to_its_waves() -> None:
     """Each harmonic of a short-crested sea by the frequency domain, at random instants."""
     loaded = parse(scene("seas: {a: {Hs: 1 m, Tp: 7 s, components: 30, spreading: 2}}", "200 deg", "35 deg", seed=4))
     drives = {d.name: d.waves for d in system(at_level(loaded.plan, GIVEN)).drives}
@@ -92,7 +94,7 @@ def light() -> LoadedScene:
     return load("moored", changes)
 
 
-def test_with_a_light_load_a_crane_on_a_vessel_of_given_motion_moves_as_on_the_free_vessel() -> None:
+def test_a_crane_with_a_light_load_moves_equally_on_a_freely_floating_vessel_and_with_prescribed_motion() -> None:
     """Heave of barge and hook agree, in phase, when the start has decayed."""
     runs = [play(at_level(light().plan, level)).past.part(0, 800) for level in (Fidelity(), GIVEN)]
     for body in ("barge", "crane.main"):
@@ -100,7 +102,7 @@ def test_with_a_light_load_a_crane_on_a_vessel_of_given_motion_moves_as_on_the_f
         assert np.std(free - given) < LINEAR * np.std(free)
 
 
-def test_given_motion_with_crane_and_mooring_lines_is_that_of_the_linear_model_of_the_whole_lift() -> None:
+def test_the_prescribed_motion_of_a_moored_crane_vessel_is_that_of_the_linear_model_of_the_whole_lift() -> None:
     """The kernel's own linearisation, of all bodies, catenaries and states of the water, from loads to poses."""
     loaded = light()
     poses = [f"pose/barge/{axis}" for axis in ("x", "y", "z", "qx", "qy", "qz")]
@@ -136,7 +138,7 @@ LIFTS = [("floating", [AFLOAT], (0.02, 0.05)), ("moored", [], (1e-3, 1e-3))]
 
 
 @pytest.mark.parametrize(("name", "changes", "limits"), LIFTS)
-def test_errors_of_the_water_levels_in_the_largest_hook_load_are_small_and_grow_with_the_load(
+def test_simplified_water_models_change_the_largest_hook_load_little_and_more_for_heavier_loads(
     name: str, changes: list[str], limits: tuple[float, float]
 ) -> None:
     """180 t of 14 432 t in waves of 1.5 m, and 120 t in an irregular sea of 0.5 m, against memory."""

@@ -31,7 +31,7 @@ LINEAR = 0.02  # what the barge does not do in proportion to the sea, and the la
 TABLE = "Hs \\ Tp, 6, 8, 10\n1, 10, 20, 5\n2, 20, 30,\n3, 10, 5, 0\n"
 
 
-def test_in_the_highest_allowed_sea_the_confidence_bound_of_the_quantile_equals_the_limit() -> None:
+def test_in_the_highest_allowed_sea_the_confidence_bound_of_the_load_quantile_equals_the_limit() -> None:
     """The heave of the barge is proportional to the sea, and so is the bound of its P90."""
     with ThreadPoolExecutor(1) as pool:
         runs = SeaRuns(parse(SCENE), range(1, 11), 60.0, pool)
@@ -66,7 +66,7 @@ class _Fake(SimpleNamespace):
         return {"status": "done", "state": state, "verdict": state, "sentence": "", "use": Hs / Tp, "limit": "heave"}
 
 
-def test_operability_is_the_share_of_seas_in_which_a_lift_passes(tmp_path: Path) -> None:
+def test_the_operability_is_the_share_of_sea_states_in_which_a_lift_passes_its_checks(tmp_path: Path) -> None:
     (tmp_path / "scatter.csv").write_text(TABLE)
     runs = _Fake(count=[], seeds=range(10))
     sheet = operability_sheet(

@@ -62,7 +62,7 @@ def test_added_mass_and_damping_at_a_frequency_are_the_parts_of_the_radiation_tr
 
 
 @pytest.mark.parametrize("period", [6, 8, 11])
-def test_radiation_at_one_frequency_is_exact_in_a_regular_wave_after_the_start_has_decayed(period: int) -> None:
+def test_radiation_forces_at_one_frequency_are_exact_in_a_regular_wave_once_the_start_has_decayed(period: int) -> None:
     full = plan(REGULAR % period)
     times = 900.0 + period * np.arange(16) / 16.0
     both = [np.abs(np.exp(-2j * np.pi / period * times) @ heave(x, times)) for x in (full, at_level(full, FLAT))]

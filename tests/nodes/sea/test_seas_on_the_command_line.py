@@ -36,7 +36,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_run_over_many_seeds_prints_and_writes_its_quantiles(here: Path) -> None:
+def test_a_run_over_many_seeds_prints_the_quantiles_of_its_results_and_writes_them_to_a_file(here: Path) -> None:
     """Its table has the checks on the quantile, which strict exit codes follow; the report is the same sheet."""
     done = CliRunner().invoke(app, ["run", *COMMON, "--report", "seeds.json", "--fail-on", "amber"])
     sheet = json.loads(done.stdout)

@@ -177,7 +177,7 @@ MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 @pytest.mark.parametrize("w", [0.5, 0.8, RESONANCE])
-def test_given_motions_of_two_hulls_are_those_of_their_coupled_equations(
+def test_prescribed_motions_of_two_hulls_are_those_of_their_coupled_equations(
     tmp_path: Path, pair: Hydrodynamics, w: float
 ) -> None:
     plan = load(placed(tmp_path, pair, text(w))).plan
@@ -337,7 +337,9 @@ def test_each_of_two_hulls_drifts_by_its_own_modes_in_a_file_of_wamit(tmp_path: 
     assert slow[0].signal.waves.by[0], "slow drift"
 
 
-def test_drift_of_both_hulls_together_is_refused(tmp_path: Path, pair: Hydrodynamics) -> None:
+def test_drift_coefficients_given_for_two_hulls_together_and_not_for_each_are_refused(
+    tmp_path: Path, pair: Hydrodynamics
+) -> None:
     given = drift_of(drifts(tmp_path / "two.8", (1, 2, 6)), RHO * 9.81, 10.0)
     with pytest.raises(
         SceneError, match=r"two.8: the data need the drift of each of two hulls, modes 1 to 12 of NAME.9"

@@ -62,7 +62,7 @@ def by_hand(yard, rule):
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_the_published_network_of_patterson_has_its_known_duration(rule):
+def test_the_published_project_network_of_patterson_is_scheduled_with_its_known_duration(rule):
     yard = load(HERE / "pat1.yaml")
     assert max(dates(yard).early_finish) == 18 * DAY
     assert max(end for _, end in serial(yard, rule)) == SERIAL[RULES[rule]] * DAY

@@ -91,7 +91,7 @@ def test_the_gantt_chart_has_a_bar_for_each_activity(tmp_path):
         ("q.csv", "", r"error: .*there is no table 'p.csv'"),
     ],
 )
-def test_invalid_schedule_files_are_reported_with_their_place(tmp_path, monkeypatch, name, text, message):
+def test_invalid_schedule_files_of_a_yard_are_reported_with_file_and_row(tmp_path, monkeypatch, name, text, message):
     monkeypatch.chdir(tmp_path)
     random_yard(tmp_path, 0)
     (tmp_path / name).write_text(text)

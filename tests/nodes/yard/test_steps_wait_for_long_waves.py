@@ -55,12 +55,14 @@ def starts(of):
         (0.1, 5.9, False),
     ],
 )
-def test_each_hour_of_the_sea_is_compared_with_the_limit_at_its_peak_period(tmp_path, height, period, allowed):
+def test_each_hour_of_sea_data_is_compared_with_the_wave_limit_at_the_peak_period_of_that_hour(
+    tmp_path, height, period, allowed
+):
     sea = [(height, period, 0)] * 30 + [(0.1, 8.0, 0)] * 30
     assert starts(written(tmp_path, sea)) == [0 if allowed else 30]
 
 
-def test_a_swell_of_long_period_closes_a_window_that_its_height_alone_leaves_open(tmp_path):
+def test_a_swell_of_long_period_closes_a_weather_window_that_its_height_alone_leaves_open(tmp_path):
     """Hs is 1 m throughout; the period is above 8 s from hour 2 to 6, so the first 4 hours in a row begin at 7."""
     sea = [(1.0, 9.0 if 2 <= n < 7 else 7.0, 0) for n in range(48)]
     assert starts(written(tmp_path, sea)) == [7]
@@ -68,14 +70,14 @@ def test_a_swell_of_long_period_closes_a_window_that_its_height_alone_leaves_ope
 
 
 @pytest.mark.parametrize(("sector", "start"), [("330..30 deg", 4), ("30..330 deg", 0), ("90..90 deg", 0)])
-def test_waves_from_outside_the_sector_of_a_step_close_its_window(tmp_path, sector, start):
+def test_waves_from_outside_the_allowed_sector_of_a_yard_step_close_its_weather_window(tmp_path, sector, start):
     """From 90 degrees at first, and then from 30 degrees, at an edge of the first two sectors."""
     sea = [(0.5, 7.0, 90)] * 4 + [(0.5, 7.0, 30)] * 44
     assert starts(written(tmp_path, sea, f"1 m, from: {sector}")) == [start]
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_windows_in_a_random_sea_are_those_of_a_search_over_all_hours(tmp_path, seed):
+def test_weather_windows_in_a_random_sea_agree_with_a_search_over_all_hours(tmp_path, seed):
     draw = random.Random(seed)
     periods = sorted(draw.sample(range(4, 16), draw.randint(2, 6)))
     limits = {float(x): round(draw.uniform(0.4, 1.5), 2) for x in periods}
@@ -141,6 +143,6 @@ def test_hours_whose_waves_are_longer_than_all_periods_of_a_limit_are_counted_in
         ("1 m", "Hs [m],Tz [s],from [deg]", "the columns are"),
     ],
 )
-def test_invalid_limits_by_period_are_reported_in_one_sentence(tmp_path, limit, columns, words):
+def test_invalid_wave_limits_that_depend_on_the_period_are_reported_in_one_sentence(tmp_path, limit, columns, words):
     with pytest.raises(SceneError, match=words):
         written(tmp_path, [(1.0, 7.0, 3)] * 24, limit, columns)

@@ -65,7 +65,7 @@ def test_a_step_begins_in_the_first_weather_window_that_is_long_enough_at_its_al
         assert starts(of) == ([start], start)
 
 
-def test_the_weather_window_of_a_step_that_pauses_at_night_includes_the_pause(tmp_path):
+def test_the_weather_window_of_a_yard_step_that_pauses_at_night_includes_the_pause(tmp_path):
     """Eight working hours a day: twelve hours of work from Monday 8:00 end on Tuesday at 12:00, after 28 hours."""
     heights = [1.5] * 8 + [0.8] * 27 + [1.5] * 21 + [0.8] * 60
     of = yard(tmp_path, heights, ", alpha: {28 h: 0.9}", step=", works: day", text=SHIFTS)
@@ -75,7 +75,7 @@ def test_the_weather_window_of_a_step_that_pauses_at_night_includes_the_pause(tm
 
 
 @pytest.mark.parametrize("alpha", [ALPHA, ", alpha: {12 h: 0.93}"])
-def test_a_step_refused_by_the_sea_late_in_a_shift_begins_at_the_next_shift(tmp_path, alpha):
+def test_a_yard_step_that_the_sea_prevents_late_in_a_shift_begins_in_the_next_shift(tmp_path, alpha):
     """From hour 14 on, four hours of work last 20 h (0.89, or no factor at all); from 8:00 on the next day, 4 h."""
     of = yard(tmp_path, [1.5] * 14 + [0.91] * 200, alpha, "4 h", ", works: day", text=SHIFTS)
     assert starts(of)[0] == [32]
@@ -118,7 +118,7 @@ def test_steps_in_working_shifts_begin_in_the_first_weather_window_found_by_a_se
     assert starts(of)[0] == want
 
 
-def test_a_sea_that_never_changes_is_calm_for_longer_than_a_year(tmp_path):
+def test_an_unchanging_sea_below_the_limit_offers_a_weather_window_longer_than_a_year(tmp_path):
     of = yard(tmp_path, [0.5] * 24, blocks="block,after\nA,\nB,A + 400 days\n")
     assert starts(of)[0] == [0, 12 + 400 * 24]
 
@@ -180,7 +180,7 @@ def test_weather_series_without_a_common_year_are_refused(tmp_path):
         yard(tmp_path, [0.5] * 8760, text=YARD.replace("{sea:", "{wind: {series: wind.csv}, sea:"))
 
 
-def test_one_weather_table_with_wind_and_sea_columns_is_read_for_both(tmp_path):
+def test_one_weather_table_can_supply_both_the_wind_and_the_sea_of_a_yard(tmp_path):
     text = YARD.replace("sea: {", "wind: {series: sea.csv}, sea: {")
     of = yard(tmp_path, [f"{n},0.5" for n in range(24)], column="wind [m/s],Hs [m]", text=text).weather
     assert (of.wind.series, of.sea.series) == (tuple(map(float, range(24))), (0.5,) * 24)

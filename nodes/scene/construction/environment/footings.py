@@ -42,7 +42,7 @@ def footing_of(
 
 
 def set_up(builder: SceneBuilder, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
-    """Return the machines; those with hooks get the mats of the scene and a description of their configuration."""
+    """Return the machines, with the scene's mats and a description of their configuration added if they have hooks."""
     names = [machine.name for machine in machines if machine.hooks]
     for name in (name for name in builder.scene.ground.mats if name not in names):
         builder.source.fault(("ground", "mats", name), f"there is no crane '{name}'", closest(name, names), on_key=True)

@@ -40,7 +40,7 @@ def along_edges(
     """Return the edges that a rope between two ends may touch, sorted by name.
 
     `at` returns the poses of bodies at the start, which edges on other bodies need. The rope passes an edge on the side
-    away from the point `inside`; errors are added to the source.
+    away from the point `inside`; errors are added to the scene.
     """
     found = []
     for i, name in enumerate(names):
@@ -159,7 +159,7 @@ def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
 
 
 def key_of(lug: str, at: k.Point) -> str:
-    """Return the plan's name of a lug: `N1` if the scene has one block, `B.N1` if it has several."""
+    """Return the name of a lug in the plan: `N1` if the scene has one block, `B.N1` if it has several."""
     return lug if at.body == "block" or "." in lug else f"{at.body}.{lug}"
 
 

@@ -69,7 +69,7 @@ class _Rows:
         return {"note": f"give '{offered}'" if offered else message, "source": ""}
 
     def part(self, body: str) -> str:
-        """Return the name of a body with hooks in reports: that of the machine, or of machine and part."""
+        """Return the name by which reports call a body with hooks: that of the machine, or machine and part."""
         name = self.machine.name
         return name if is_root(self.machine, body) else f"{name} {body.rpartition('.')[2]}"
 
@@ -146,7 +146,7 @@ class _Hook:
 
 
 def reeving(given: HookKeys) -> tuple[int, float, str]:
-    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about both.
+    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about these numbers.
 
     The sentence marks assumed values."""
     ends = drum_ends(given.falls, given.drum_ends)

@@ -284,7 +284,7 @@ class RiggingTree:
         )
 
     def made(self, name: str, around: k.System) -> mechanics.MechanismKeys:
-        """Return a rigging entry converted to the keys of a machine; `around`: the mechanical system around it."""
+        """Return a rigging entry converted to the keys of a machine that joins the mechanical system `around`."""
         given, make = self.rigging[name], mechanics.MechanismKeys.model_construct
         if isinstance(given, Frame):
             p, R = self.at[name]

@@ -62,7 +62,7 @@ class SlingKeys(Base):
 
     @property
     def holders(self) -> list[str]:
-        """The place where each sling is attached at its upper end, as the scene names it."""
+        """The name in the scene of the place to which each sling's upper end is attached."""
         return self.on if isinstance(self.on, list) else [self.on] * len(self.to)
 
     @property
@@ -87,7 +87,7 @@ class Equaliser(Base):
 
     @property
     def holders(self) -> list[str]:
-        """The place where the sheave is attached, as the scene names it."""
+        """The name in the scene of the place to which the sheave is attached."""
         return [self.on]
 
 

@@ -160,7 +160,7 @@ def pushed_aside(random: np.random.Generator, feet: np.ndarray, shape, mu: np.nd
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.large(beyond=2)
-def test_a_box_pushed_off_centre_slips_and_turns_at_its_friction_limit(seed: int) -> None:
+def test_a_box_pushed_off_its_centre_slips_and_turns_at_its_friction_limit(seed: int) -> None:
     random = np.random.default_rng(seed)
     size, mu = random.uniform((0.5, 0.5, 0.2), (3.0, 3.0, 0.5)), random.uniform(0.05, 0.3)
     corners = 0.5 * size * np.array([(x, y, -1.0) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])

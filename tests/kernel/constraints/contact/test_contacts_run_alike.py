@@ -25,7 +25,7 @@ def test_contacts_take_the_same_steps_in_machine_code_and_interpreted_python(nam
     assert np.abs(native.state - oracle.state).max() < SAME
 
 
-def test_a_bounce_is_predicted_and_does_not_depend_on_the_time_grants_of_the_run():
+def test_a_predicted_bounce_of_a_load_does_not_depend_on_the_time_grants_of_the_run():
     whole, granted = (started(bouncing(0.1, 0.5), subscribed=frozenset({"floor"} if s else ())) for s in (False, True))
     hand_over(whole, SECOND // 2)
     required = []

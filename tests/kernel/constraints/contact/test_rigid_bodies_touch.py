@@ -246,7 +246,7 @@ def test_a_ball_bounces_off_a_corner_along_the_line_of_centres():
 
 @pytest.mark.parametrize("seed", [9, 14, 30, 31])
 @pytest.mark.large(beyond=1)
-def test_contact_states_converge_where_a_cube_catches_on_an_edge(seed):
+def test_the_iteration_of_contact_states_converges_when_a_cube_catches_on_an_edge(seed):
     """Contacts that begin to slide do so from rest, whatever round-off has left of another motion."""
     s = started(tumbling(seed))
     s.run(3 * SECOND)

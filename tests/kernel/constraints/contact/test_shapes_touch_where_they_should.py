@@ -71,7 +71,7 @@ def which(witnesses, below):
             "edges": int((w[16:] < below).sum())}  # fmt: skip
 
 
-def test_a_small_box_on_a_large_one_stands_on_its_four_vertices():
+def test_a_small_box_on_a_large_box_stands_on_its_four_vertices():
     w = candidates.box_box(box((1, 1, 1)), box((3, 3, 1)), body(p=(0.1, 0.2, 1.0)), body())
     assert which(w, 1e-12) == {"vertices of A": 4, "of B": 0, "edges": 0}
 

@@ -161,7 +161,7 @@ def test_a_rope_without_mass_needs_fewer_operations_than_a_rope_with_mass():
 
 
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
-def test_ropes_with_and_without_mass_have_separate_code(rope):
+def test_ropes_with_mass_and_ropes_without_mass_have_separate_compiled_code(rope):
     with_mass, without = (Simulation(hung(r), native=False).native.structure for r in (rope, replace(rope, mass=0.0)))
     assert with_mass != without
 

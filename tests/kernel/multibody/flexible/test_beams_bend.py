@@ -99,7 +99,7 @@ def test_a_girder_reduces_the_stiffness_of_the_rope_that_hangs_on_it():
     assert drop == pytest.approx(P / 30269512.598129544, rel=STATIC)
 
 
-def test_statics_and_modes_of_a_scene_include_its_girder():
+def test_statics_and_modes_of_a_scene_include_the_elasticity_of_its_girder():
     s = started(girder(load=MASS, rope=True))
     rest = equilibrium(s)
     assert rest.q == pytest.approx(at_rest(s.program), rel=1e-6, abs=1e-9)

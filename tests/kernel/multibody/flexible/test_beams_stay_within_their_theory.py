@@ -82,7 +82,9 @@ CASES = [  # frame, place of the load, deflection under a force of one newton
 @pytest.mark.parametrize(("given", "direction"), [("beam", 1.0), ("matrices", -1.0)])
 @pytest.mark.parametrize(("frame", "at", "softness"), CASES)
 @pytest.mark.large(beyond=2)
-def test_a_beam_deflection_is_noted_at_5_percent_of_its_length_and_refused_at_25(given, frame, at, softness, direction):
+def test_a_beam_deflection_gives_a_note_at_5_percent_of_the_length_and_an_error_at_25_percent(
+    given, frame, at, softness, direction
+):
     def bent(part: float) -> str:
         flexible = matrices(BEAM, frame) if given == "matrices" else None
         flexible = flexible or Flexible(4, BEAM, frame=frame, damping=1.0, loads=(at,))
@@ -125,7 +127,7 @@ def test_a_bending_moment_beyond_small_deflections_ends_the_run():
     assert "means nothing" in said(scene(force=(0.0, 0.0, 1e5)))
 
 
-def test_a_beam_that_is_bent_beyond_5_percent_at_the_start_is_noted_at_the_start():
+def test_a_beam_bent_by_more_than_5_percent_of_its_length_at_the_start_gives_a_note():
     s = started(scene(Flexible(1, BEAM, start=(0.08 * L,))))
     s.run(1)
     assert [n.t_ns for n in s.notes] == [0]

@@ -75,7 +75,7 @@ def test_points_outside_a_flexible_body_are_refused():
         Program(system(Flexible(1, nodal=held)))
 
 
-def test_only_the_recursive_formulation_supports_flexible_bodies():
+def test_of_the_formulations_of_the_equations_of_motion_only_the_recursive_one_supports_flexible_bodies():
     with pytest.raises(
         KernelError, match="body 'beam' is flexible, but formulation 'augmented' supports only rigid bodies"
     ):
