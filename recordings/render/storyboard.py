@@ -190,7 +190,7 @@ class _Drawing:
         from matplotlib.collections import LineCollection, PolyCollection
 
         faces, colours, lines = self.seen(i)
-        bodies = PolyCollection(faces, facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.3)
+        bodies = PolyCollection(faces, facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.3)  # type: ignore[arg-type]
         ropes = LineCollection(list(lines), colors="0.15", linewidths=0.8)
         ax.add_collection(bodies)
         ax.add_collection(ropes, autolim=False)
