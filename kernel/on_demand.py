@@ -42,7 +42,7 @@ def _imports(file: str) -> dict[str, str]:
 
 
 def face(package: str) -> None:
-    """Let a package offer lazily every public name that exactly one of its modules defines.
+    """Make a package import, on first use, each public name that exactly one of its modules defines.
 
     Names that the package imports itself, or by `on_demand`, take precedence.
     """

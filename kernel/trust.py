@@ -65,7 +65,7 @@ def refusal(where: str, reference: str = "") -> str:
 
 
 def foreign(function: object, reference: str = "") -> str:
-    """Return why a function must not be called although its module is trusted: another defines it; "" if it may."""
+    """Return why a function must not be called although it was found in a trusted module; "" if it may be called."""
     while isinstance(function, functools.partial):
         function = function.func
     where = getattr(function, "__module__", None) or type(function).__module__
@@ -77,13 +77,13 @@ def foreign(function: object, reference: str = "") -> str:
 
 
 def named(references: Iterable[str], by: str = "") -> None:
-    """Register references to functions found in data, with the data's origin, so that they are checked before use."""
+    """Register Python functions to which data refer, so that they are checked before use; `by`: origin of the data."""
     for reference in references:
         _named[reference] = by or _named.get(reference, "")
 
 
 def demand(references: Iterable[str], by: str) -> None:
-    """Register references to functions found in data; raises KernelError if one of these functions must not run."""
+    """Check and register Python functions to which data refer; raises KernelError if one must not run."""
     references = [*references]
     named(references, by)
     for reference in references:
@@ -92,7 +92,7 @@ def demand(references: Iterable[str], by: str) -> None:
 
 
 def namer(reference: str) -> str | None:
-    """Return the origin of the data that refers to a function: "" if unknown; None if no data refers to it."""
+    """Return the origin of data that refer to a function; "" if the origin is unknown, None if no data refer to it."""
     return _named.get(reference)
 
 
@@ -156,7 +156,7 @@ def written_by_others(file: str) -> bool:
 
 @contextmanager
 def allowed(names: Iterable[str]) -> Iterator[None]:
-    """Context in which the code of these paths and references may run, in this process and its children."""
+    """Context in which the code of the given files, folders or functions may run, also in child processes."""
     before = os.environ.get(ALLOWED)
     os.environ[ALLOWED] = json.dumps([*_allowed(), *names])
     try:

@@ -17,7 +17,7 @@ def install(version: str) -> str:
 
 
 def again(version: str) -> str:
-    """Return the advice for a recording of another version that this installation cannot use."""
+    """Return advice on how to repeat a recording that this installed version of heavylift cannot use."""
     if version == __version__:
         return "this version made it, so a file was changed, or a model is not deterministic; run the scene again"
     return f"run the scene again, or {install(version)}, which made it"

@@ -58,7 +58,7 @@ class Stepped(Atomic):
         `parameters`: values set before the start; `who`: name in error messages."""
         super().__init__(name)
         if type(step) is not int or step <= 0:
-            raise ModelError(f"{name}: step={step!r} must be an int > 0 in ns, use ms(10)")
+            raise ModelError(f"{name}: step={step!r} must be a positive int in ns, such as ms(10)")
         self.unit = FmuUnit(Path(file).resolve(), who or name, tuple(outputs), dict(parameters or {}))
         self.step, self.number = step, 0
         for port in self.ports.values():

@@ -296,7 +296,7 @@ def hull(
     if names := [name for name, given in idle.items() if given]:
         raise SceneError(f"{data}: hydrodynamic data in this format take no {' or '.join(names)}; leave the option out")
     if (gap_damping is None) == bool(gap_source):
-        raise SceneError(f"{data}: --gap-damping needs --gap-source, where it comes from, and the other way round")
+        raise SceneError(f"{data}: give --gap-damping together with --gap-source (its origin), or neither")
     given = computed(data, depth) if mesh else data
     found = hull_of(given, volume, height, length, depth, drift)
     if gap_damping is not None:

@@ -218,7 +218,7 @@ def make_certificates(directory: Path, names: Sequence[str], hosts: Sequence[str
     pem, key = place(AUTHORITY)
     if not (pem.is_file() and key.is_file()):
         raise ProtocolError(
-            f"{directory} has {AUTHORITY}.pem without {AUTHORITY}.key or vice versa; create "
+            f"{directory} has only one of {AUTHORITY}.pem and {AUTHORITY}.key; create "
             "certificates in a directory that has both, or in an empty one"
         )
     signer = use.x509_of(pem), use.key_of(key)

@@ -70,7 +70,7 @@ def within(
     if found is None:
         unit = 10.0 ** (ceil(log10(needed)) - 2)
         raise SceneError(
-            f"{option}: the time is too short; this machine needs about {ceil(needed / unit) * unit:.3g} s"
+            f"{option}: the time is too short; this computer needs about {ceil(needed / unit) * unit:.3g} s"
         )
     chosen = answered(scene, found)
     same = " ".join(f"--set '{x}'" for x in ModelLevel(chosen.plan).settings[1:])

@@ -192,7 +192,7 @@ def simulator(
                 run(replace(other, plan=plan), made, in_process=True, commands=begun.commands)
                 return curves_of(Recording(made), channels)
         except HeavyliftError as error:
-            raise RecordingError(f"the run with {given} fails: {error}") from None
+            raise RecordingError(f"the simulation with {given} fails: {error}") from None
 
     return simulate
 

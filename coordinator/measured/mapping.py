@@ -214,7 +214,9 @@ def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[
     out = []
     for order in spoken(scene, f"{form['target'].replace('.', ' ')}: {form['verb']} {slow}").orders:
         if not isinstance(order, Move) or (drive := actors.get(order.actuator)) is None:
-            raise SceneError(f"--drive '{text}': {form['target']} is not a drive or winch that this scene models")
+            raise SceneError(
+                f"--drive '{text}': the scene does not model a drive or winch {form['target']}; name another"
+            )
         sign = 1.0 if order.speed > 0.0 else -1.0
         distance = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(knots))])
         _within(log, column, rows, drive, t, drive.initial + sign * np.interp(t, knots, distance))

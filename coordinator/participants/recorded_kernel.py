@@ -184,7 +184,7 @@ class Recalled:
             self._recall(found.times[0] + 1)
             if parted := self._known.compare(found.times, found.rows):
                 self._past.parted = parted
-                raise ModelError(f"{parted[1]} differs from the recording")
+                raise ModelError(f"{parted[1]} of the repeated run differs from the recording")
         self._publish(batch)
 
 

@@ -95,7 +95,7 @@ class Node:
             case Welcome():
                 self.epoch = message.epoch
                 return None
-        raise ProtocolError(f"{self.name} does not accept {name_of(message)}")
+        raise ProtocolError(f"{self.name} does not accept the message {name_of(message)}")
 
     @property
     def first(self) -> Tag:

@@ -119,7 +119,9 @@ class Record(FileRecorder):
         try:
             self._layout = msgspec.msgpack.decode(data, type=SampleLayout)
         except UNREADABLE as error:
-            raise ProtocolError(f"the kernel has announced samples that cannot be decoded ({error})") from None
+            raise ProtocolError(
+                f"the kernel's list of samples cannot be decoded ({error}); use the same version everywhere"
+            ) from None
         self._energy = EnergyAudit(self._layout)
         self.recorder.layout(self._layout)
         drawn = boxes(self._plan)

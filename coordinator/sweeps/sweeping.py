@@ -74,7 +74,7 @@ def sweep(
     Raises HeavyliftError, and Stopped on Ctrl-C.
     """
     if keep not in KEEP:
-        raise SceneError(f"--keep '{keep}': keep {', '.join(KEEP)}")
+        raise SceneError(f"--keep '{keep}' is not a known choice; choose {', '.join(KEEP)}")
     workers, limit = whole("--workers", workers), time_s("--limit", limit, DURATION)
     if executor is not None and not submits(executor):
         raise SceneError(f"executor={executor!r}: give an object with `submit`, such as one of concurrent.futures")

@@ -104,7 +104,7 @@ class LivenessMonitor:
         """Monitor the next process of this name instead of the present one."""
         if self.epochs[process] == LAST_EPOCH:
             raise ProtocolError(
-                f"process {process} was replaced {LAST_EPOCH} times; this machine cannot keep it running"
+                f"process {process} was replaced {LAST_EPOCH} times; this computer cannot keep it running"
             )
         self.epochs[process] += 1
         self.joined.discard(process)

@@ -44,7 +44,7 @@ def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
         changed = _written(text, keys, written)
         with suppress(SceneError):
             return _checked(text, changed, before, keys, wanted)
-    raise SceneError(f"{shown(keys)}: '{value}' cannot be written there; change the text")
+    raise SceneError(f"{shown(keys)}: '{value}' cannot be inserted here; change the text of the scene")
 
 
 def reordered(text: str, path: Sequence[str | int], to: int) -> str:
@@ -56,7 +56,7 @@ def reordered(text: str, path: Sequence[str | int], to: int) -> str:
         raise SceneError(f"{shown(keys)}: this is not an item of a list, so it has no order")
     items, before = nodes[-2].value, _data(text)
     if nodes[-2].flow_style or not 0 <= to < len(items):
-        raise SceneError(f"{shown(keys)}: this list can be reordered only in the text")
+        raise SceneError(f"{shown(keys)}: a list in this form cannot be reordered here; change the text of the scene")
     starts = [_line_start(text, int(item.start_mark.index)) for item in items]
     starts[1:] = [_with_comment(text, start) for start in starts[1:]]
     ends = [*starts[1:], min(_line_end(text, _end(items[-1])) + 1, len(text))]
@@ -69,7 +69,7 @@ def reordered(text: str, path: Sequence[str | int], to: int) -> str:
         listed = listed[key]
     listed.insert(to, listed.pop(at))
     if _data(changed) != expected:
-        raise SceneError(f"{shown(keys)}: this list can be reordered only in the text")
+        raise SceneError(f"{shown(keys)}: a list in this form cannot be reordered here; change the text of the scene")
     return changed
 
 
@@ -139,7 +139,7 @@ def _checked(text: str, changed: str, before: Data, keys: Keys, wanted: Data) ->
     else:
         at[keys[-1]] = wanted
     if _plain(_data(changed)) != _plain(expected):
-        raise SceneError(f"{shown(keys)}: this cannot be changed in a form; change the text")
+        raise SceneError(f"{shown(keys)}: this entry cannot be changed in a form; change the text of the scene")
     return changed
 
 
@@ -200,7 +200,7 @@ def _written(text: str, keys: Keys, value: str) -> str:
             raise SceneError(f"{shown(keys)}: {shown(keys[:known])} is a value, which has no keys")
         return f"{text[:start].rstrip(' ')} {{{_key(key)}: {value}}}{text[end:]}"
     if key != len(node.value) if isinstance(node, SequenceNode) else not isinstance(key, str):
-        raise SceneError(f"{shown(keys)}: a list needs the number of an item, a mapping a key")
+        raise SceneError(f"{shown(keys)}: give the number of an item in a list, or a key in a mapping")
     entry = value if isinstance(node, SequenceNode) else f"{_key(key)}: {value}"
     if node.flow_style:
         comma = ", " if node.value else ""

@@ -95,7 +95,7 @@ def result(folder: Path, kind: str, name: str) -> str:
     such recording."""
     rec, verdict = _recorded(folder, name)
     if kind not in ("view", "report"):
-        raise SceneError(f"'{kind}' is not a page of a recording")
+        raise SceneError(f"'{kind}' is not a page of a recording; choose view or report")
     return page(content(rec, verdict)) if kind == "view" else page_of(report_sheet(rec, verdict, pictures=True))
 
 
@@ -129,7 +129,7 @@ def kept(folder: Path, name: str) -> tuple[bytes, str]:
     path = _inside(folder, name)
     study = path.name == STUDY or path.name.endswith(LIMITS)
     if not path.is_file() or not (study or path.suffix in KEPT):
-        raise SceneError(f"'{name}' is not a document in this folder")
+        raise SceneError(f"'{name}' is not a report, drawing or study page in this folder; check the name")
     return path.read_bytes(), KEPT.get(path.suffix, "text/html")
 
 
@@ -143,6 +143,6 @@ def _inside(folder: Path, name: str) -> Path:
 def _recorded(folder: Path, name: str) -> tuple[Recording, RecordedVerdict | None]:
     path = _inside(folder, name)
     if path.suffix != ENDING:
-        raise SceneError(f"'{name}' is not a recording")
+        raise SceneError(f"'{name}' is not a recording; choose a file whose name ends in {ENDING}")
     rec = Recording(path)
     return rec, verdict_of(rec)

@@ -300,7 +300,7 @@ def _state_names(p: Program) -> list[str]:
 
 
 def unit_of(p: Program, topic: str, i: int, unit: str) -> str:
-    """Return the unit of column i of a topic: from its joint for poses, joint positions and speeds, else `unit`."""
+    """Return the unit of column i of a sample topic, such as m or rad; `unit`: the unit if all columns share one."""
     if topic.startswith("pose/"):
         return "m" if i < 3 else "1"
     units: dict[str, list[str]] = {"joint/position": [], "joint/velocity": []}

@@ -77,7 +77,7 @@ class Poses:
         return dv
 
     def water(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivatives that involve the m memory states of wave radiation (water), at pose q (nq,).
+        """Return derivatives of accelerations and of memory states of wave radiation at pose q (nq,), by differences.
 
         da/dz (n_free, m) and dz'/d(v, z) (m, n_free + m); a: accelerations, v: velocities, z: memory states.
         """
@@ -154,7 +154,7 @@ class Poses:
         return x.copy() if self._B is None else self._B @ x[: self._B.shape[1]]
 
     def sign(self) -> float:
-        """Return the sign of the determinant of the matrix that `factorise` factorised last."""
+        """Return the sign of the determinant of the matrix that was last passed to `factorise`."""
         f, n = self._tangent.factors, len(self.free)
         exchanges = self._M[f.exchanges : f.exchanges + n] != np.arange(n)
         negative = self._M[f.inverses[0] : f.inverses[0] + n] < 0.0

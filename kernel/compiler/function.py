@@ -133,7 +133,7 @@ class Primitive(Function):
 
 
 def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
-    """Return each value to be written to a block, with a flag that is true if the block holds the value already."""
+    """Return the values to be written to a memory block, and for each whether the block already holds it."""
     out, at = [], 0
     for x in values:
         out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))

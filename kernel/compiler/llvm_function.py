@@ -115,7 +115,7 @@ class StraightLineCode:
         return reference(x, lanes)
 
     def pieces(self, x: Any) -> list[tuple[str, int, int]]:
-        """Return the registers of value x, each as (name suffix, first index, number of lanes); 0 lanes: a scalar."""
+        """Return the registers of a value x as (name suffix, first index, number of SIMD lanes; 0: a scalar)."""
         return _cut(x.width) if is_sym(x) and x.width else [("", 0, self.lanes)]
 
     def load(self, n: Sym, base: str, index: int) -> None:

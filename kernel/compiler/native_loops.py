@@ -33,7 +33,7 @@ class LoopEmitter:
         return "\n".join([f"{self._signature} {{", *self._head, *self._body, "ret void", "}"])
 
     def let(self, operation: str) -> str:
-        """Emit an operation and return the new register that holds its result."""
+        """Emit an LLVM IR operation, and return the name of the register that holds its result."""
         self._n += 1
         self._body.append(f"%v{self._n} = {operation}")
         return f"%v{self._n}"
@@ -69,7 +69,7 @@ class LoopEmitter:
         return self.let(f"shufflevector {VECTOR} {one}, {VECTOR} poison, <{WIDEST} x i32> zeroinitializer")
 
     def lanes(self, comparison: str, i: str, k: int | str) -> str:
-        """Emit a comparison, such as "sgt", of the lane indices i, i + 1, ... with k; return the mask of lanes."""
+        """Emit code that compares lane indices i, i + 1, ... with k, such as by "sgt"; return the mask of lanes."""
         both = []
         for x in (i, k):
             one = self.let(f"insertelement {_INDICES} poison, i64 {x}, i64 0")

@@ -35,7 +35,7 @@ def _is_array(x: Any) -> bool:
 
 
 class ExpressionGraph:
-    """The operations recorded from one traced function; `opaque`: symbols replace named quantities."""
+    """Graph of the operations recorded while a function is traced; `opaque`: symbols replace named quantities."""
 
     def __init__(self, opaque: bool = False) -> None:
         self.table: dict[Any, Sym] = {}
@@ -87,7 +87,7 @@ class Sym:
     def __pow__(self, o: float) -> Any:
         if not (isinstance(o, int | float) and o in range(1, 9)):
             raise TypeError(
-                "a run-time value has whole powers from 1 to 8 only; use power of heavylift.kernel.forces.mathematics"
+                "traced code allows ** 1 to ** 8 only; else call power() of heavylift.kernel.forces.mathematics"
             )
         return self if o == 1 else mul(self, self ** (o - 1))
 
@@ -127,7 +127,7 @@ class Sym:
 
     def __float__(self) -> float:
         raise TypeError(
-            "a run-time value was forced to a float; use sin, cos, power or sqrt of heavylift.kernel.forces.mathematics"
+            "traced code cannot convert to float; call sin(), sqrt() and others of heavylift.kernel.forces.mathematics"
         )
 
 
@@ -288,7 +288,7 @@ def scope(name: str) -> Iterator[None]:
 
 
 def named(label: str, x: Any) -> Any:
-    """Name a traced quantity x in printed equations; return x, or symbols `label` in its place."""
+    """Give a traced quantity x the name `label` in printed equations; return x, or symbols with this name instead."""
     graphs = RECORDING.graphs
     if not graphs or not graphs[-1].opaque:
         return x

@@ -185,7 +185,7 @@ class OpenTree:
 
 
 def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...]) -> OpenTree:
-    """Return the traced functions of the k-th kind of tree, with constraint rows on its bodies `ends`.
+    """Return the traced functions of one kind of kinematic tree, for constraint rows that act on its bodies `ends`.
 
     `inputs`: sizes of the arguments of its acceleration function."""
     n, free, fixed = tree.v.stop - tree.v.start, tree.free_dofs, tree.prescribed_dofs

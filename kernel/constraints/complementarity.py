@@ -36,7 +36,7 @@ def start_of(n: int, side: Array) -> SimpleNamespace:
 
 def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small_x: Scalar, small_w: Scalar) -> None:
     """Do one round of pivoting: solve for the active set, then change the sides of rows that violate their conditions;
-    set s.run = 0 if no row does."""
+    set s.run = 0 if none does."""
     n = len(b)
     low, high = less(s.side, 0.0), less(0.0, s.side)
     free = select(low, 0.0, select(high, 0.0, 1.0)) * np.ones(n)
@@ -109,7 +109,7 @@ _VECTORS = ("side", "x", "w", "b", "lo", "hi")
 def pivot(
     s: SimpleNamespace, A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, small: tuple[float, float]
 ) -> None:
-    """Do rounds of pivoting, which update the loop variables s, until no row changes sides or the budget is spent."""
+    """Run rounds of pivoting on the loop variables s until the active set stays the same or the rounds are used up."""
     n = len(b)
     size = next((k for k in SIZES if n <= k), 0)
     if not size:

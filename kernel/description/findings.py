@@ -55,12 +55,12 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def word(self) -> str:
-        """The state of the check as a word, with the reason for amber."""
+        """The state of the check as a word, such as red; for amber, the reason."""
         return self.why or self.state
 
     @property
     def between(self) -> bool:
-        """Whether the checked value must lie between two limits, so that no utilisation is defined."""
+        """Whether the checked value must lie between a lower and an upper limit, so that no utilisation is defined."""
         return " to " in self.allowed
 
     @property

@@ -297,7 +297,7 @@ class Reeving(Element, frozen=True, tag=True):
 
     @property
     def edges(self) -> tuple[Sheave, ...]:
-        """The edges over which the rope may slide: all its sheaves if they are edges, otherwise none."""
+        """Those sheaves of the rope that are edges, along which the rope may slide; empty if there are none."""
         return tuple(s for s in self.sheaves if s.edge)
 
     @property

@@ -99,7 +99,7 @@ class Drive(AlongJoint):
 
 
 class Straight:
-    """Base class of elastic and rigid ropes over straight lines."""
+    """Base class of elastic and rigid ropes that consist of straight lines between points of bodies."""
 
     lines: tuple[Line, ...]
     along = None

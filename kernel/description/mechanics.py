@@ -278,7 +278,7 @@ class JointType:
 
     @property
     def actable(self) -> tuple[str, ...]:
-        """The joint's coordinates on which springs, stops, brakes or drives can act: those whose rate is a velocity."""
+        """Joint coordinates on which springs, stops, brakes or drives can act; none for joints with a quaternion."""
         return tuple(self.coordinates) if self.quaternion is None else ()
 
     @property

@@ -53,7 +53,7 @@ Direction = Annotated[tuple[float, float, float], Unit("direction")]  # of lengt
 
 
 def wrong_sign(x: Any) -> tuple[str, str]:
-    """Return the first field of an item that has a wrong sign, with a description of the error; otherwise "", ""."""
+    """Return the first field of an item with an invalid sign, and the error as text; otherwise "", ""."""
     for field, least in _signs(x.__class__):
         value = getattr(x, field)
         low = min(value) if isinstance(value, tuple) else value

@@ -80,7 +80,7 @@ class ForceLaw(ABC, Generic[F]):
         return  # of most kinds, all can
 
     def within(self, f: F, setting: Setting) -> ForceLaw[F]:
-        """Return the law that represents force f in a given scene."""
+        """Return the force law of f, adapted to the properties of a scene and a simulation."""
         return self
 
     def signal(self, f: F) -> InputSignal | None:
@@ -105,11 +105,12 @@ class ForceLaw(ABC, Generic[F]):
         """
 
     def angles(self, f: F) -> int:
-        """Return how many angles of the law are counted over full turns; `answer` receives them as `counted`."""
+        """Return how many of the law's angles are counted over full turns; `answer` receives them as `counted`."""
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
-        """Return the two bodies and the world axis of the law's angles; None if turns before the start do not count."""
+        """Return the two bodies and the world axis between and about which the law counts angles; None if full turns
+        before the start do not count."""
         raise KernelError(
             f"{type(f).__name__.lower()} '{f.name}': its law counts angles but has no method 'turns'; define one"
         )

@@ -212,8 +212,7 @@ class StopAt:
 
 @dataclass(frozen=True)
 class StopLaw(ForceLaw[Stop]):
-    """Force law of end stops: one-sided spring-dampers beyond both limits of a coordinate; `clamped` as in
-    `Setting`."""
+    """Force law of end stops: one-sided spring-dampers beyond both limits of a joint coordinate."""
 
     clamped: bool = True
 
@@ -255,7 +254,7 @@ class BrakeAt:
 
 @dataclass(frozen=True)
 class BrakeLaw(ForceLaw[Brake]):
-    """Force law of a brake with dry friction; `start`: initial joint coordinate; `at_rest` as in `Setting`."""
+    """Force law of a brake with dry friction on a joint coordinate; `start`: initial value of the coordinate."""
 
     start: float = 0.0
     at_rest: bool = False

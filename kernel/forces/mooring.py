@@ -49,11 +49,13 @@ class MooringLaw(ForceLaw[MooringLine]):
     def numbers(self, f: MooringLine, poses: Poses) -> list[float]:
         w, a, b = f.mass * self.gravity, *(R @ np.array(end.p) + p for end in (f.a, f.b) for R, p in (poses(end.body),))
         x, y, z = ((b - a) / f.length).tolist()
-        weight = w * f.length
+        weight, apart = w * f.length, "fits no catenary: its ends are above each other, or too far apart"
+        self.demand(f, "length", bool(x or y), apart)
         start = line_shape(sqrt(x * x + y * y), z, 0.5 * weight / f.EA, f.seabed, 1)[0]
         most = weight * sqrt(start.H * start.H + start.V * start.V)
         begins = f"is {f.breaking / 1e3:.5g} kN, and the line begins with {most / 1e3:.5g} kN"
         self.demand(f, "breaking", not 0.0 < f.breaking <= most, begins)
+        self.demand(f, "length", bool(start.missed < CLOSED), apart)
         given = [f.length, f.EA, w, f.friction, f.breaking]
         return [*f.a.p, *f.b.p, float(f.hooked), float(not f.seabed), *given]
 

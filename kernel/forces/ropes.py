@@ -47,7 +47,7 @@ def with_rope_masses(system: System) -> System:
 
 @dataclass(frozen=True)
 class LedEnd:
-    """A rope end that a drive pushes since it moves the other end of the rope along a straight line.
+    """A rope end on which rope mass exerts an inertia force when a drive moves the other end along a straight line.
 
     `line`, `end`: of the rope, numbered from 0; `slides`: the body that the drive moves in translation; `numbers`: the
     direction of the motion in axes of the body that slides, and the force on the end per acceleration [kg].
@@ -63,7 +63,7 @@ class LedEnd:
 
 
 def led_ends(system: System, graph: Graph) -> Iterator[LedEnd]:
-    """Yield the ends of ropes with mass whose other ends drives move along straight lines."""
+    """Yield the ends of ropes with mass on which inertia forces act because a drive moves the other end of the rope."""
     driven = {graph.joint(d.joint).body.name: d.name for d in system.drives}
     for rope in system.straight_ropes:
         for n, line in enumerate(rope.lines if rope.mass else ()):
@@ -76,15 +76,17 @@ def led_ends(system: System, graph: Graph) -> Iterator[LedEnd]:
 
 
 def led(end: Array, point: Array, slides: Array, p: Array, acceleration: Scalar) -> tuple[Array, Scalar]:
-    """Return the wrench (6,) on a led end at a point of its body and its power [W]; `end`, `slides`: bodies (21,), p:
-    numbers of `LedEnd`."""
+    """Return wrench (6,) and power [W] of the inertia force on a rope end whose other end a drive moves.
+
+    `end`, `slides`: bodies (21,) of the end and of the drive; p: numbers of `LedEnd`.
+    """
     arm, _, v = attachment(end, point)
     f = np.reshape(slides[:9], (3, 3)) @ p[:3] * (-p[3] * acceleration)
     return join(cross(arm, f), f), f @ v
 
 
 def not_weighed(weight: Scalar) -> Scalar:
-    """Return the part of a rope's weight [N] that must be applied as a force at each end, besides the added masses."""
+    """Return the part of a rope's weight [N] to apply at each end; rope mass added to the end bodies is the rest."""
     # of half the weight, a third of the mass has been added to the end body, which gravity pulls already
     return (WEIGHS - MOVES) * weight
 
@@ -125,7 +127,7 @@ ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3)
 
 
 class RopeAt:
-    """Indices into the parameters of a rope; a, b: end points of its first line; the weight is the last number."""
+    """Indices into the parameters of an elastic rope, which end with its weight; A, B: end points of its first line."""
 
     EA, DAMPING, HOOKED, TAUT = range(4)
     A, B = slice(4, 7), slice(7, 10)

@@ -46,7 +46,7 @@ class LawInput:
 
 
 class UserLawEntry(ForceLaw[UserLaw]):
-    """Force law of user-defined laws: traces the user's function once, to check it.
+    """Force law that evaluates a Python function written by a user, which is traced once as a check.
 
     Its parameters are the user's parameters and modes.
     """

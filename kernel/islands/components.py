@@ -62,7 +62,7 @@ def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
 
 
 def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
-    """Return the ropes that are unhooked at the start and never hooked; `ties`: ropes that will be hooked."""
+    """Return the names of ropes that are unhooked at the start and never hooked; `ties`: ropes hooked later."""
     return frozenset(r.name for r in system.straight_ropes if not r.hooked and r.name not in ties)
 
 

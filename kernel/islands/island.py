@@ -37,7 +37,7 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Return whether the wait ends: splitting at the ropes `loose` pays. `share`: part of work that it saves."""
+        """Return whether splitting the island at the unhooked ropes `loose` pays if it saves this `share` of work."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
@@ -52,7 +52,7 @@ class RecompileBudget:
         }
 
     def go_on(self, kept: dict[str, Any]) -> None:
-        """Restore the state of the splitting rule that `kept` returned."""
+        """Restore the step counts of the splitting rule from the data that `kept` returned."""
         self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
         self.since, self.seen = kept["since"], frozenset(kept["seen"])
 
@@ -70,7 +70,7 @@ class Island(Simulation):
         self.stand()
 
     def settle(self) -> None:
-        """Recompute the island's derivative and guards after events; store the sample row of the event in `struck`.
+        """Recompute the island's derivative and guards after events; keep the sample row at the event in `struck`.
 
         The peaks of this row count for the next sample.
         """
@@ -96,7 +96,7 @@ class Island(Simulation):
         self.began = self.present_ns
 
     def extend(self, until_ns: int, most_ns: int, pause: Callable[[], None]) -> None:
-        """Advance the island to a time [ns], and by up to `most_ns` more if no event or error stops it."""
+        """Advance the island to a time [ns], then by up to `most_ns` more until an event or an error stops it."""
         marked = self.began, mark(self)
         end = until_ns if self.refused else max(until_ns, self.due + min(self.span * self.recorder.sample_ns, most_ns))
         try:
@@ -112,7 +112,7 @@ class Island(Simulation):
         self._look()
 
     def forget(self, before_ns: int) -> None:
-        """Drop the island's rollback marks before a time [ns]."""
+        """Delete the saved states before a time [ns] to which the island could be rolled back."""
         if self.began <= before_ns:
             self.marks.clear()
         while len(self.marks) > 1 and self.marks[1][0] <= before_ns:
@@ -139,7 +139,7 @@ class Island(Simulation):
 
     @property
     def history(self) -> int:
-        """The latest time [ns] up to which no command can change the island's states; FOREVER_NS at rest."""
+        """The time [ns] up to which commands can no longer change the states of the island; FOREVER_NS at rest."""
         return FOREVER_NS if self.still and not self.marks else self.earliest - 1
 
     def shown_at(self, t_ns: int) -> np.ndarray:
@@ -173,7 +173,8 @@ class Island(Simulation):
         return not subscribed.isdisjoint(self.events.names)
 
     def may_be_cut(self) -> frozenset[str]:
-        """Return the unhooked ropes at which it pays to split the island because one part is at rest; empty if none."""
+        """Return the unhooked ropes at which to split the island because one part is at rest; empty if it should not
+        be."""
         loose = self._unhooked()
         if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()
@@ -200,7 +201,7 @@ class Island(Simulation):
 
 
 def inherit(new: Simulation, old: Sequence[Simulation]) -> None:
-    """Copy time and state of old simulations to a new one that replaces them, before `settle` is called.
+    """Copy time and state of the simulations `old` to the simulation `new` that replaces them, before `settle`.
 
     Coordinates, velocities and energy accounts, discrete states, motions, locks and thresholds are copied by name; step
     control starts with the shortest of their steps.

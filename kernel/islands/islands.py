@@ -64,7 +64,7 @@ class Islands(RunningAhead):
 
     @property
     def alone(self) -> list[LiftRows]:
-        """The lifts whose events are recorded in rows of their own; empty if the scene has only one lift."""
+        """Sample rows recorded at the events of each single lift; empty if the scene has only one lift."""
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
@@ -239,14 +239,14 @@ class Islands(RunningAhead):
         for p in self.parts:
             if any((k, name) in p.program.parameters.at for k in kinds):
                 return self._stop(p).commands
-        raise KernelError(f"'{name}': there is no {kind} with this name")
+        raise KernelError(f"'{name}': there is no {kind} with this name; check the name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
         """Set a motion of an actuator or master signal in all islands that it moves."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:
-            raise KernelError(f"'{name}': there is no drive, winch or master with this name")
+            raise KernelError(f"'{name}': there is no drive, winch or master with this name; check the name")
         for p in owners:
             self._stop(p).set_profile(name, start_ns, speed, accel, distance)
 

@@ -28,7 +28,7 @@ Task = Callable[[Callable[[], None]], None]  # is given its own `pause`
 
 
 class GivenUp(BaseException):
-    """Raised in worker threads when their results are no longer needed."""
+    """Raised in a worker thread to stop it when its result is no longer needed."""
 
 
 class SideBySide:
@@ -104,7 +104,7 @@ class RunningAhead(CommandTarget):
 
     @property
     def event(self) -> bool:
-        """Whether `next_ns` is the time of an event with a subscriber."""
+        """Whether the next stop, at `next_ns`, is an event of a law whose events are subscribed."""
         return any(p.tells(self.subscribed) for p in self._firing)
 
     @property

@@ -38,7 +38,7 @@ class _Loose:
     ends: list[tuple[int, int]]
 
     def span(self, frames: np.ndarray) -> float:
-        """Return the length of a rope along its straight lines [m]; `frames` (n, 12): poses of the links."""
+        """Return the length of a rope [m], the sum of its straight lines, at poses `frames` (n, 12) of the bodies."""
         out = 0.0
         for line, ends in zip(self.lines.reshape(-1, ROPE_LINE), self.ends, strict=True):
             places = [
@@ -105,7 +105,7 @@ class LiftRows(Merge):
         super().cut(self.parts, frozenset(r.name for r in self._program.system.straight_ropes if r.name in loose))
 
     def take(self, t_ns: int, stopped: Sequence[Island]) -> None:
-        """Add a row of the lift at a time at which some of its islands have stopped."""
+        """Record a sample row of the lift at a time at which events or commands have stopped some of its islands."""
         self.rows.append((t_ns, self.whole([p.struck if p in stopped else p.shown_at(t_ns) for p in self.parts])))
 
 
@@ -182,7 +182,7 @@ def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateChange]]:
 
 
 def noted(parts: Sequence[Island], until_ns: int) -> list[Note]:
-    """Return the notes that islands have added up to a time, in order of time."""
+    """Return the islands' notes for the user that are new and not later than `until_ns` [ns], in order of time."""
     out: list[Note] = []
     for p in parts:
         entries, before = p.merged

@@ -33,7 +33,7 @@ ULPS = 16.0 * 2.0**-52  # relative displacement that shows what rounding does to
 
 
 def scale_of(before: Value, v: Value) -> Value:
-    """Return the scale of the error tolerance, which grows with the largest speed so far.
+    """Return the scale of the error tolerance of step control, which grows with the largest speed so far, up to 1.
 
     `before`: the previous scale; v (nv,): velocities.
     """
@@ -55,7 +55,7 @@ def still_below(scale: Value, faint: Value) -> Value:
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
-    """Return the limits below which step control would resolve only the round-off of coordinates q (nq,), by name.
+    """Return two limits of step control below which it would resolve only the round-off of coordinates q (nq,).
 
     `grain`: smallest useful scale of the tolerance; `faint`: factor on the threshold STILL of rest. `acceleration`:
     function from coordinates to accelerations (nv,). A law that turns a displacement d into an acceleration a

@@ -157,7 +157,7 @@ class SemiImplicitEuler(Method):
         links = program.graph.links
 
         def drift(y: Value, f: Value) -> dict[str, Value]:
-            """Return N(q) dv/dt, the part of the second derivative of q that the accelerations cause."""
+            """Return N(q) dv/dt, the part of d2q/dt2 that accelerations cause, where dq/dt = N(q) v."""
             # dq/dt = N(q) v for quaternions: the change of v acts through the same N(q), not directly
             dv = f[nq : nq + nv]
             turned = [join(rates(k.joint.kind, y[k.q], dv[k.v]), dv[k.v_modes]) for k in links]

@@ -62,7 +62,7 @@ class Evaluated(Protocol):
 
 
 class Rate(Protocol):
-    """The right-hand side of the equations at time t and state y; `among`: a time in the same profile piece as t."""
+    """Right-hand side of the equations of motion at time t, state y; `among`: a time in the same profile piece as t."""
 
     def __call__(self, t: Value, among: Value, y: Value) -> Evaluated: ...
 
@@ -133,7 +133,7 @@ class Method(ABC):
     def prologue(
         self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
     ) -> tuple[Function | EmittedParts, ...]:
-        """Return the native functions that run before `attempt` in each step; `at`: places in the state block X."""
+        """Return the native functions that run before `attempt` in each step; `at`: places in memory block X."""
         return ()
 
     @property
@@ -142,15 +142,15 @@ class Method(ABC):
         return bool(self.matrices)
 
     def run(self, code: StepCode, at: Places, sizes: Mapping[str, int]) -> StepCode:
-        """Return the native stepping functions, or steps in Python for a method without native steps."""
+        """Return the native stepping functions; methods without native steps replace them by Python functions."""
         return code
 
     def constants(self) -> dict[str, Value]:
-        """Return the constants that the method needs in the state block X, by name."""
+        """Return, by name, the constants of the integration method that native code reads from memory."""
         return {}
 
     def forgotten(self) -> dict[str, float]:
-        """Return, by name, the values that reset the method's part of state block X after a jump of the derivative."""
+        """Return the values to which the method resets its stored variables after a jump of the derivative, by name."""
         return {}
 
     @abstractmethod
@@ -159,7 +159,7 @@ class Method(ABC):
 
     @abstractmethod
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        """Store the `vectors` of the attempted step in s, for `interpolate`; s.d0: state at the start of the step."""
+        """Store in s the vectors of an attempted step from which `interpolate` computes states inside the step."""
 
     def complete(self, s: StepState, rate: Rate) -> None:
         """Compute the remaining stages of the dense output, when it is first used."""
@@ -186,7 +186,7 @@ def fallen_in(r: Evaluated) -> Value:
 
 
 def inside(s: StepState) -> Value:
-    """Return a time within the profile piece that begins at s.t and lasts until s.t_stop, where a step must end."""
+    """Return a time shortly after the start s.t of a step, which selects the profile piece valid in the step."""
     # at most half a second inside: t_stop may be for ever, and a time so late would lose its digits
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 
@@ -199,20 +199,20 @@ def length(s: StepState) -> tuple[Value, Value]:
 
 
 class Stepless(Method):
-    """Base class of methods whose steps are taken outside native code; the kernel uses only their interpolants."""
+    """Base class of integration methods without native steps, of which the kernel uses only the interpolation."""
 
     native = False
     order = evaluations = 0
     exponents = Exponents(0.0, 0.0, 0.0)
 
     def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
-        raise AssertionError("a method without native code makes no steps")
+        raise AssertionError("a method without native steps cannot attempt a step")
 
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        raise AssertionError("a method without native code makes no steps")
+        raise AssertionError("a method without native steps cannot store a step")
 
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
-        raise AssertionError("a method without native code has no fixed steps")
+        raise AssertionError("a method without native steps has no amplification matrix")
 
 
 class AtRest(Stepless):

@@ -66,7 +66,7 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, me
 
 
 def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float]:
-    """Return the lowest frequency [Hz] of oscillations that a stable fixed step distorts, and after how many periods.
+    """Return the lowest frequency [Hz] that a stable fixed step distorts, and the number of periods until this shows.
 
     After so many periods, the most distorted one is a tenth of a period out of phase or half damped.
     """
@@ -82,7 +82,7 @@ def bent(method: Method, s: complex, step: float) -> bool:
 
 
 def missed(method: Method, s: complex, step: float) -> float:
-    """Return the relative error of a step, per radian of phase, for the oscillation with eigenvalue s [1/s]."""
+    """Return the relative error that a step causes in an oscillation with eigenvalue s [1/s], per radian of phase."""
     # one oscillator y'' = 2 Re(s) y' - |s|^2 y with this eigenvalue stands for the mode
     J = np.array([[0.0, 1.0], [-(abs(s) ** 2), 2.0 * s.real]])
     got = np.linalg.eigvals(method.amplification(J, step, 1))
@@ -124,7 +124,7 @@ class Balance:
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """Return the energy error as a share of the energy exchanged, once it first becomes large; otherwise 0.
+        """Return the relative energy error when it first becomes too large; 0 before and afterwards.
 
         `held`: largest energy of a rope so far [J].
         """
@@ -148,7 +148,7 @@ class Balance:
         self._turned = float(self._read(kinetic, parts)[1][-1])
 
     def fine(self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> bool:
-        """Return whether n readings of energies are in balance, as `check` demands; if so, add them."""
+        """Return whether n energy readings are in balance, as `check` requires; if so, add them to the balance."""
         made, turned, allowed = self._allowed(kinetic, parts, slip, held)
         known = (made < 0.0) & (not self.strict and self.lost > 0.0)
         if not (np.isfinite(allowed) & ((np.abs(made) <= allowed) | known)).all():

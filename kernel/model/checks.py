@@ -289,4 +289,4 @@ def check_options(tolerance: float, sample_ns: int, h_max: float, step: float | 
     if isfinite(longest) and longest * 1e9 > MOST_SAMPLES * sample_ns:
         raise KernelError(f"a step of {longest:g} s has more than {MOST_SAMPLES} samples; make the step shorter")
     if opt not in (0, 1, 2, 3):
-        raise KernelError(f"opt {opt!r}: the compiler's levels are 0, 1, 2 and 3")
+        raise KernelError(f"opt {opt!r}: choose an optimisation level of the compiler, 0, 1, 2 or 3")

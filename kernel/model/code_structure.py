@@ -19,7 +19,7 @@ def structure(program: Program, *method: object) -> str:
     drives = [d.name for d in s.drives]
 
     def of(x: Measured | Threshold) -> object:
-        """Return the body number or coordinate indices on which the code of a measured signal or threshold depends."""
+        """Return the body number or the coordinate indices from which a measured signal or threshold is computed."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None

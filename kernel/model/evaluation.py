@@ -133,7 +133,7 @@ def read_signals(x: Evaluation) -> None:
 
 
 def weigh_rigid_ropes(x: Evaluation) -> None:
-    """Apply the weight of rigid ropes to their end bodies, less that of the masses added to these bodies."""
+    """Apply the weight of rigid ropes at their ends, less the weight of rope mass added to the end bodies."""
     for r in x.program.system.rigid_ropes:
         height: Scalar = 0.0
         if r.mass:
@@ -149,7 +149,7 @@ def weigh_rigid_ropes(x: Evaluation) -> None:
 
 
 def lead_ropes(x: Evaluation) -> None:
-    """Push the ends of ropes with mass whose other ends drives move."""
+    """Apply to one end of each rope with mass the inertia force caused by a drive that moves the other end."""
     for n, end in enumerate(x.program.led):
         elastic = isinstance(end.rope, Rope)
         p = x.numbers("rope" if elastic else "rigid", end.rope.name)

@@ -63,7 +63,7 @@ class CarriedGroup:
 
 
 def carried_group(h: ScalarSignal, system: System) -> CarriedGroup:
-    """Return the bodies that a base or joint carries, with the ropes that pull at them; h: the load signal."""
+    """Return the bodies carried by the base or joint of a load signal h, with the ropes that pull at them."""
     if h.quantity in ON_BASES:
         assert h.point is not None
         own, frame = _connected(system, h.point.body), tuple(moved_point(h.point, tip) for tip in TIPS[:3])
@@ -144,7 +144,7 @@ def _forces(x: Any, own: int, frame: int, each: int) -> Iterator[tuple[Any, Any]
 
 
 def track_pressure(x: Any) -> Any:
-    """Return the largest pressure below a crawler track [N/m2], scaled by numbers[6] and numbers[7]; inf if it tips."""
+    """Return the largest pressure below a crawler track [N/m2], scaled by the signal's numbers[6:8]; inf if it tips."""
     V, along, across = base_force(x, ON_BASES["track pressure"])
     length, apart, breadth, side, times, plus = x.numbers[2:8]
     own = _between(0.0, V / 2.0 * (1.0 + 2.0 * side * across / apart), V)
@@ -156,7 +156,7 @@ def track_pressure(x: Any) -> Any:
 
 
 def corner_load(x: Any) -> Any:
-    """Return the load on one corner of a base [N], scaled by a factor and an offset (numbers[6], numbers[7])."""
+    """Return the load on one corner of a base [N], scaled by factor and offset in numbers[6:8] of the signal."""
     V, along, across = base_force(x, ON_BASES["corner load"])
     length, width, ahead, left, times, plus = x.numbers[2:8]
     u, v = 2.0 * along / length, 2.0 * across / width

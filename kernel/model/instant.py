@@ -206,7 +206,7 @@ class Evaluation:
 
     @property
     def axial(self) -> list[Scalar]:
-        """The axial loads of flexible bodies [N, m/s2, rad/s] (see `multibody.dynamics.axial_loads`)."""
+        """Forces [N], accelerations [m/s2] and angular velocities [rad/s] that load flexible bodies axially."""
         out: list[Scalar] = []
         for i, (tree, shared) in enumerate(self.program.instances):
             if shared.axial:
@@ -287,7 +287,7 @@ def follow(x: Evaluation) -> None:
 
 
 def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
-    """Return sine and cosine (not normalised) of the tilt of a body's z axis, and a term for the rate of the tilt.
+    """Return sine and cosine (times a common factor) of the tilt of a body's z axis, and a term for the tilt rate.
 
     The term is sin' cos - sin cos'. Tilt towards +y (axis 0, about -x) or +x (axis 1, about +y).
     """

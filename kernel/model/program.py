@@ -41,7 +41,7 @@ MOST = 16
 
 
 def program_of(system: System, *how: Any) -> "Program":
-    """Return the compiled program of a description with these arguments; recent ones without user code are cached."""
+    """Return the compiled program of a system, from a cache if it was compiled recently and contains no user code."""
     system = check_description(system)
     if system.functions:
         return Program(system, *how)
@@ -222,13 +222,13 @@ class Program:
 
     @cached_property
     def axial(self) -> list[int]:
-        """The index of the flexible body to which each number of `Evaluation.axial` (axial loads) belongs."""
+        """For each number of the axial loads `Evaluation.axial`, the link number of the flexible body that it loads."""
         number = self.graph.number
         return [number(k.body.name) for k, on, _ in self.compressible for _ in range(3 * (2 + len(on)))]
 
     @cached_property
     def compressible(self) -> list[tuple[Link, list[Link], slice]]:
-        """Flexible bodies, which may buckle, with the bodies attached to them and the indices of their axial loads."""
+        """Flexible bodies that may buckle, each with the links attached to it and the indices of its axial loads."""
         found, first = list[tuple[Link, list[Link], slice]](), 0
         for i, link in enumerate(self.graph.links):
             if link.n_modes:

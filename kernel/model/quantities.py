@@ -179,7 +179,7 @@ class _Box:
     halves: Scalars
 
     def nearest(self, p: Scalars) -> Scalars:
-        """Return the point of the box nearest to another point."""
+        """Return the point inside or on this box that is nearest to the point p."""
         found, away = list(self.middle), [a - b for a, b in zip(p, self.middle, strict=True)]
         for axis, half in zip(self.axes, self.halves, strict=True):
             far = minimum(maximum(_dot(away, axis), -half), half)
@@ -280,7 +280,7 @@ def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
 
 
 def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
-    """Return the numbers in the formula of a signal: its own, those of a carried group, and shares of rope lines."""
+    """Return the numbers in the formula of a signal, such as its chart, weights of bodies, factors of rope lines."""
     if h.quantity in OF_GROUPS:
         return (*h.numbers, *carried_group(h, system).numbers)
     shares = (line.share for rope in _lines(h, system) for line in rope) if h.quantity in LINED else ()
@@ -288,14 +288,14 @@ def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
 
 
 def lines(h: ScalarSignal, system: System) -> tuple[int, ...]:
-    """Return the number of straight lines of each rope of a signal."""
+    """Return how many straight lines each rope of a load signal has."""
     if h.quantity in OF_GROUPS:
         return tuple(map(len, carried_group(h, system).ropes.values()))
     return tuple(map(len, _lines(h, system))) if h.quantity in SIDES else ()
 
 
 def names(h: ScalarSignal, system: System) -> tuple[str, ...]:
-    """Return the names of the ropes, or of the one element, whose values enter the formula of a signal."""
+    """Return the names of the ropes, joints or other elements whose values enter the formula of a signal."""
     if h.quantity in OF_GROUPS:
         return (*carried_group(h, system).ropes,)
     if h.quantity in ("tension", "load", "moment", "use", "use by place", *SIDES):
@@ -311,14 +311,16 @@ def check_signal(h: ScalarSignal, system: System, label: str) -> None:
     line = h.quantity in LINED and h.point and h.origin
     given = {"rope": h.ropes or line, "joint": h.of, "point": h.point, "origin": h.origin}
     for need in (need for need in ROWS[h.quantity].needs if not given[need]):
-        raise KernelError(f"{label}: {a} needs {'an' if need == 'origin' else 'a'} {need}")
+        raise KernelError(f"{label}: {a} needs {'an' if need == 'origin' else 'a'} {need}; give one")
     for rope in h.ropes:
         if rope not in {x.name for x in system.all_ropes}:
             raise KernelError(f"{label}: there is no rope '{rope}'")
     if len(h.numbers) != COUNTS.get(h.quantity, len(h.numbers)):
-        raise KernelError(f"{label}: {a} needs {COUNTS[h.quantity]} numbers, not {len(h.numbers)}")
+        raise KernelError(f"{label}: {a} needs {COUNTS[h.quantity]} values in `numbers`, not {len(h.numbers)}")
     if h.quantity == "moment" and (len(h.numbers) < 3 or len(h.numbers) % 2 == 0 or min(h.numbers[2::2]) <= 0.0):
-        raise KernelError(f"{label}: a moment needs a chart as numbers: a tension, then pairs (radius, tension > 0)")
+        raise KernelError(
+            f"{label}: `numbers` must be the tension of the empty hook, then a chart: pairs (radius, tension > 0)"
+        )
     if h.quantity == "use" and len(h.numbers) != len(h.ropes):
         raise KernelError(
             f"{label}: a utilisation needs a limit for each of {len(h.ropes)} ropes, not {len(h.numbers)}"
@@ -328,7 +330,7 @@ def check_signal(h: ScalarSignal, system: System, label: str) -> None:
         len(h.numbers) < 4 or len(h.numbers) % 2 or min(h.numbers[3::2]) <= 0.0 or not rising
     ):
         raise KernelError(
-            f"{label}: this utilisation needs a chart: two numbers, then pairs (place, load > 0) with ascending places"
+            f"{label}: `numbers` must be factor and offset of the load, then pairs (place, load > 0) by place"
         )
     if h.quantity == "wind" and h.of not in {x.name for x in system.forces}:
         raise KernelError(f"{label}: there is no wind '{h.of}'")
@@ -348,6 +350,8 @@ def _lines(h: ScalarSignal, system: System) -> tuple[tuple[Line, ...], ...]:
     asked = h.ropes if h.quantity in SIDES else h.ropes[:1]
     for rope in asked or ("",):
         if rope not in known:
-            raise KernelError(f"signal '{h.quantity}': there is no straight rope '{rope}'")
+            raise KernelError(
+                f"signal '{h.quantity}': there is no rope '{rope}' over straight lines; name one that has no sheaves"
+            )
     on = h.point and h.point.body
     return tuple(tuple(x for x in known[rope] if on is None or on in (x.a.body, x.b.body)) for rope in asked)

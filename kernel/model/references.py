@@ -159,7 +159,7 @@ class References:
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
         if master and name in self._placed and master not in self._commanded:
             raise KernelError(
-                f"'{name}' cannot follow '{master}': a prescribed drive can follow only commanded masters"
+                f"'{name}' cannot follow '{master}': a prescribed drive can follow only a commanded master signal"
             )
         if name not in self._followers.get(master, (name,)):
             raise KernelError(
@@ -241,7 +241,7 @@ class Histories:
                 self._all.append((parameters.at["signal", name], [round(t * 1e9) for t in s.times], s))
 
     def write(self, epoch_ns: int, t: float = 0.0) -> None:
-        """Write the pieces of all histories that are active at local time t [s] into the parameter block P."""
+        """Write the pieces of all signal histories that are active at local time t [s] into the parameter block P."""
         now = epoch_ns + round(t * 1e9)
         for at, times, s in self._all:
             i = bisect_right(times, now) - 1
@@ -251,13 +251,13 @@ class Histories:
             self._P[at] = [(times[first] - epoch_ns) * 1e-9, s.values[first], slope]
 
     def breaks(self, epoch_ns: int, after: float) -> list[float]:
-        """Return the next breakpoint of each history in local seconds, later than `after`."""
+        """Return, for each signal history, the first breakpoint after the local time `after` [s]."""
         now = epoch_ns + round(after * 1e9)
         following = ((times, bisect_right(times, now)) for _, times, _ in self._all)
         return [(times[i] - epoch_ns) * 1e-9 for times, i in following if i < len(times)]
 
     def end(self, epoch_ns: int) -> float:
-        """Return the local time [s] after which no history changes."""
+        """Return the local time [s] after which no signal history changes."""
         return max(((times[-1] - epoch_ns) * 1e-9 for _, times, _ in self._all), default=-inf)
 
 

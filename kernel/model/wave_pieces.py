@@ -40,7 +40,7 @@ class WavePieces:
             self._P[sea.places] = sea.piece(epoch_ns, epoch_ns + round(t * 1e9))
 
     def breaks(self, epoch_ns: int, after: float) -> list[float]:
-        """Return the times [local s] after `after` at which the present cubic polynomials of the waves end."""
+        """Return the end times [local s] of the polynomials that represent the waves at the local time `after` [s]."""
         now = epoch_ns + round(after * 1e9)
         return [((now // sea.length + 1) * sea.length - epoch_ns) * 1e-9 for sea in self._groups]
 

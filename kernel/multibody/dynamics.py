@@ -91,7 +91,7 @@ class Equations:
         return np.array([values[k] for k in range(len(self.rhs))])
 
     def solution(self, a_ref: Scalars) -> tuple[dict[int, Scalar], Array]:
-        """Return the accelerations of the tree when no further forces act, and the forces of prescribed joints."""
+        """Return the accelerations of the tree under the forces applied so far, and the forces of prescribed joints."""
         a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
         reaction = [
             # row k of H a - rhs: the effort that holds a prescribed degree of freedom on its given acceleration
@@ -101,7 +101,7 @@ class Equations:
         return dict(enumerate(a)), np.array(reaction)
 
     def given(self, k: int) -> dict[int, Scalar]:
-        """Return the row of H for a prescribed degree of freedom k, in the columns of the free degrees of freedom."""
+        """Return the entries of joint-space inertia H that couple a prescribed degree of freedom k to free ones."""
         free = self.tree.free_dofs
         return {l: self.H[max(k, l), min(k, l)] for l in free if (max(k, l), min(k, l)) in self.H}
 
@@ -258,7 +258,7 @@ def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinemat
 
 
 def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> Array:
-    """Return what loads each flexible body axially, in its own axes: forces on it and motion of its frame.
+    """Return the forces on each flexible body, and the motion of its frame, that load the body along its axis.
 
     The forces (3,) of other bodies on it [N], the acceleration (3,) of its frame less gravity [m/s2], and its angular
     velocity (3,) [rad/s]; arguments as in `inverse_dynamics`.

@@ -99,7 +99,7 @@ class Graph:
         )
 
     def in_frame(self, where: str, body: str, p: Vector) -> Vector:
-        """Return a point of a body in the frame of the body's station, if it has one (see `flexible.tracks`).
+        """Return a point of a body, in the frame of the body if this is a station (see `flexible.tracks`).
 
         Raises KernelError if the point belongs to another station, as stations are part of the compiled scene.
         """
@@ -144,7 +144,7 @@ class Graph:
         return link.q.start + i, link.v.start + i
 
     def trees(self) -> list[range]:
-        """Return the range of link numbers of each tree: one per body on the ground, or per group that shares water."""
+        """Return the range of link numbers of each kinematic tree; trees that share added mass count as one tree."""
         roots = [i for i, k in enumerate(self.links) if k.parent < 0 and not k.body.shared] + [len(self.links)]
         return [range(a, b) for a, b in pairwise(roots)]
 

@@ -117,9 +117,9 @@ def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
 
 
 def gathered(inertia: Array, parts: Sequence[tuple[Any, Array]]) -> tuple[float, Array, Array]:
-    """Return mass, centre of mass and inertia about that centre of several joined `parts` (mass, centre).
+    """Return the total mass, the common centre of mass, and the inertia about this centre, of several joined bodies.
 
-    `inertia` (3, 3): sum of the parts' own inertias.
+    `parts`: mass and centre of mass of each body; `inertia` (3, 3): sum of the parts' own inertias.
     """
     mass = sum(m for m, _ in parts)
     com = sum((m * x for m, x in parts), np.zeros(3)) / mass if mass else np.zeros(3)

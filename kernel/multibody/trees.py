@@ -100,7 +100,7 @@ class Tree:
 
     @cached_property
     def places(self) -> list[int]:
-        """Positions of the parameters among all numbers of the tree.
+        """Positions of the changeable parameters among all numbers that describe a kinematic tree.
 
         Interleaved for equal bodies, so that vector calls load them at once (see `simd_batches`).
         """

@@ -37,7 +37,7 @@ class CallProtocol:
         self.check_begun()
         if self.phase in (FIRED, STOPPED):
             raise KernelError(
-                f"{what} at {epoch_ns * 1e-9:.9g} s: the simulation was stopped there by an event or a command; "
+                f"{what} at {epoch_ns * 1e-9:.9g} s: an event or a command has stopped the simulation; "
                 "call settle() first"
             )
 
@@ -82,7 +82,7 @@ def check_present(t_ns: int, present_ns: int) -> None:
 
 
 def passed_by(t_ns: int, event_ns: int, names: Sequence[str]) -> KernelError:
-    """Return the error for an interrupt after an earlier event that has a subscriber."""
+    """Return the error for an interrupt requested after the time of an event that must be handled first."""
     what = ", ".join(f"'{name}'" for name in dict.fromkeys(names))
     return KernelError(
         f"time {t_ns} ns: an event of {what} at {event_ns} ns comes before; call fire() and settle() first"

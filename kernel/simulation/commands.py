@@ -120,7 +120,7 @@ class CommandSwitches:
         """Set the driven signal of a force to a value; raises KernelError for a signal that only profiles change."""
         self._standing("set_signal")
         if name not in steered(self._native.program.system):
-            raise KernelError(f"'{name}' is not a driven signal of a force; move it by a profile")
+            raise KernelError(f"'{name}' is not a force signal that can be set at once; use set_profile()")
         if not isfinite(value):
             raise KernelError(f"'{name}': {value!r} is not a valid value of a signal; give a finite number")
         self.references.set_value(name, self._native.epoch, value)
@@ -235,7 +235,7 @@ def _moving_drive(program: Program, v: np.ndarray) -> str:
 
 
 class LiftRowsView(Protocol):
-    """Interface of the sample rows of one lift, recorded after its events: times [ns] and rows; `method`: layout."""
+    """Interface of the sample rows recorded after the events of one lift, with times [ns] and layout (`method`)."""
 
     name: str
     method: Stepping
@@ -250,7 +250,7 @@ class CommandTarget(ABC):
 
     @property
     def alone(self) -> Sequence[LiftRowsView]:
-        """The lifts whose events are recorded in rows of their own; empty if the scene has only one lift."""
+        """Sample rows recorded at the events of each single lift; empty if the scene has only one lift."""
         return ()
 
     @abstractmethod

@@ -26,7 +26,7 @@ CHATTER = 200  # events at one instant, after which the laws contradict each oth
 
 
 class Events:
-    """The located event and the past events of a run."""
+    """Locates the next event of a run, switches the force laws at the event, and logs past events."""
 
     def __init__(
         self, native: NativeState, integrator: Integrator, switches: Switches, held: HeldRows, step: float
@@ -151,7 +151,7 @@ class Events:
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log events, note beams at their first deflection limit, and damp elastic ropes that rattle."""
+        """Log events, add a note when a beam reaches its first deflection limit, and damp rattling elastic ropes."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:

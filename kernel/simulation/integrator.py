@@ -20,7 +20,7 @@ SHORTEST = 1e-9  # [s] of those that lead to an event in more than one
 
 
 class Integrator:
-    """Takes the integration steps of a run; `held`: the constraint rows of the run, for error messages."""
+    """Takes the integration steps of a run: attempts, commits and undoes them."""
 
     def __init__(
         self, native: NativeState, recorder: SampleRecorder, references: References, held: HeldRows, fixed: bool
@@ -46,7 +46,7 @@ class Integrator:
         self._recorder.drain()
 
     def led(self, t: float) -> None:
-        """Advance the run to local time t [s] in one forced step, or in halves of it if the method fails."""
+        """Advance the run to local time t [s] in one forced step, which is halved repeatedly if the method fails."""
         # each half ends in a committed state, from which the rest is tried again
         ends = [t]
         while ends:

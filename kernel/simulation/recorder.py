@@ -121,7 +121,7 @@ class SampleRecorder:
                 return
 
     def unroll(self, start_ns: int = 0) -> bool:
-        """Write the next samples of a stored period of rest, starting at a time; return whether more remain."""
+        """Write the next sample rows of a period of rest, stored as a single row; return whether more rows remain."""
         if self.rested is None:
             return False
         first, end, row = self.rested

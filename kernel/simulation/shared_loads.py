@@ -16,7 +16,7 @@ NAMED = 6
 
 
 def note_shared_loads(native: NativeState, looked: set[frozenset[str]]) -> None:
-    """Add a note about statically undetermined loads, once per set of taut ropes; `looked`: sets checked so far."""
+    """Add a note about statically undetermined loads, unless the set of taut ropes is among those already checked."""
     p = native.program
     c = p.constraints
     n, at = len(c.of) + len(c.ropes), p.parameters.at

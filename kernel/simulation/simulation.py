@@ -130,7 +130,7 @@ class Simulation(CommandTarget):
 
     @property
     def event(self) -> bool:
-        """Whether `next_ns` is the time of an event with a subscriber."""
+        """Whether the next stop, at `next_ns`, is an event of a law whose events are subscribed."""
         return bool(self.events.fallen) and not self.subscribed.isdisjoint(self.events.names)
 
     @property

@@ -91,7 +91,7 @@ def mark(run: object) -> Snapshot:
 
 
 def back(run: object, marked: Snapshot) -> None:
-    """Return a simulation to a `mark` taken since its last event; may be repeated."""
+    """Roll a simulation back to a state that `mark` saved after the last event; the state can be reused."""
     write(run, {path: {k: copy(x) for k, x in values.items()} for path, values in marked.items()})
 
 

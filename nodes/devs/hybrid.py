@@ -97,7 +97,7 @@ class Hybrid(Atomic):
     def go(self, *x: float) -> None:
         """Set the continuous state of a hybrid model to x at the present time, and schedule its next event."""
         if not all(map(isfinite, x)):
-            raise ModelError(f"go{x}: the state must be finite numbers")
+            raise ModelError(f"go() was called with {x}: the state must consist of finite numbers")
         self.state: State = tuple(map(float, x))
         self.ahead, self.fallen, wait = self._next()
         self._began, self._due = self.now.t, self.now.t + wait if wait else None
@@ -284,7 +284,9 @@ def _steps(flow: Flow, x: State, tolerance: float, longest: float) -> Iterator[_
 def _flowing(flow: Flow, x: State) -> State:
     f = tuple(flow(x))
     if len(f) != len(x):
-        raise ModelError(f"flow() returned {len(f)} numbers for a state of {len(x)}; return as many")
+        raise ModelError(
+            f"flow() returned {len(f)} rates for a state of {len(x)} numbers; return one rate for each number"
+        )
     return f
 
 

@@ -169,7 +169,7 @@ class Move(Motion, frozen=True, kw_only=True, tag="move"):
 
     def __post_init__(self) -> None:
         if self.verb not in MOTIONS:
-            raise ValueError(f"no drive or winch can {self.verb}")
+            raise ValueError(f"'{self.verb}' is not a motion of a drive or winch; use {', '.join(MOTIONS)}")
 
 
 class Turn(Item, frozen=True, kw_only=True, tag="turn"):

@@ -208,7 +208,9 @@ def _input(scene: LoadedScene, source: SourceText, name: str) -> tuple[Input, Qu
             if not isinstance(source.at(path), list) and (usual := listed(at, kind)):
                 whole = f"{'.'.join(map(str, path))}=[{', '.join(map(str, usual))}]"
         elif not inside and not isinstance(at, dict):
-            raise SceneError(f"input {name}: '{path[-1]}' is a quantity and has no '{word}'")
+            raise SceneError(
+                f"input {name}: '{path[-1]}' is a single quantity without a part '{word}'; leave '{word}' out"
+            )
         if key not in inside:
             raise SceneError(f"input {name}: there is no '{word}'; {closest(word, map(str, inside))}")
         at, kind = inside[key]

@@ -121,7 +121,9 @@ def _scan(root: FilePath, path: FilePath, lines: Lines, seen: tuple[FilePath, ..
     try:
         parser.Parse(text, True)
     except expat.ExpatError as error:
-        raise _InvalidXml(f"this is not XML: {expat.ErrorString(error.code)}", _mark(path, error.lineno)) from None
+        raise _InvalidXml(
+            f"the file is not valid XML: {expat.ErrorString(error.code)}", _mark(path, error.lineno)
+        ) from None
     for name in named:
         for folder in folders:
             for there in (folder / name, folder / FilePath(name).name):

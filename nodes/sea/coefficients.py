@@ -87,7 +87,7 @@ def with_drift(
     second = hull.beside
     if len(tables) != 1 + (second is not None):
         needed = "the drift of each of two hulls, modes 1 to 12 of NAME.9" if second else "the drift of a single hull"
-        raise SceneError(f"{file}: the data need {needed}")
+        raise SceneError(f"{file}: the file must contain {needed}")
     if second:
         second = msgspec.structs.replace(second, hull=msgspec.structs.replace(second.hull, drift=tables[1]))
     return msgspec.structs.replace(hull, drift=tables[0], beside=second)

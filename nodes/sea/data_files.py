@@ -182,7 +182,9 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
     for x in (added, damping):
         x[:, np.isnan(x).all(axis=0)] = 0.0  # symmetry makes them vanish, and WAMIT leaves them out
     if np.isnan(added[periods >= 0.0]).any():
-        raise SceneError(f"{path.with_suffix('.1')}: it needs the same pairs of modes at each period")
+        raise SceneError(
+            f"{path.with_suffix('.1')}: its pairs of modes differ between periods; compute the same pairs for each"
+        )
     if 0.0 not in periods:
         raise SceneError(f"{path.with_suffix('.1')}: the added mass at infinite frequency is missing; compute period 0")
     at, _, waves = _by(loads[:, 0])

@@ -25,6 +25,8 @@ def with_gap_damping(hull: Hydrodynamics, ratio: float, source: str) -> Hydrodyn
     second = hull.beside
     if second is None:
         raise SceneError(f"{hull.name}: damping of a gap needs the data of two hulls")
+    if not 0.0 < ratio < 1.0:
+        raise SceneError(f"{hull.name}: the damping of a gap is above 0 and below 1, a part of critical, not {ratio:g}")
     F, G = np.array(hull.radiation.F), np.hstack([np.array(hull.radiation.G), np.array(second.hull.radiation.G)])
     value, states = _resonance(F, G, np.array(hull.loads.frequencies), hull.name)
     rate, Q = ratio * abs(value), np.linalg.qr(np.column_stack([states.real, states.imag]))[0]

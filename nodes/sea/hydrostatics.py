@@ -45,7 +45,7 @@ def hydrostatics_of(panels: np.ndarray) -> Hydrostatics:
     x, y, z = 0.5 * np.concatenate([a + b, b + c, c + a]).T
     volume = float(up @ z)
     if not volume:
-        raise SceneError("the mesh encloses no volume below z = 0")
+        raise SceneError("the mesh encloses no volume below z = 0; move the waterline to z = 0")
     up *= np.sign(volume)  # normals to the water
     centre = np.array([up @ (x * z), up @ (y * z), 0.5 * up @ (z * z)]) / abs(volume)
     moments = [-float(up @ f) for f in (np.ones(len(x)), x, y, x * x, y * y, x * y)]

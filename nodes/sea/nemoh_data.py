@@ -48,10 +48,12 @@ def nemoh(case: Path) -> Coefficients:
     if away:
         raise SceneError(f"{cal}: its phases refer to XEFF, YEFF; compute them for the point 0, 0")
     if re.search(r"(?im)^\s*[^1\s][^!\n]*!\s*output freq", _text(cal)):
-        raise SceneError(f"{cal}: its output is not by frequencies in rad/s; choose type 1")
+        raise SceneError(f"{cal}: its output frequencies are not in rad/s; set the type of the output frequency to 1")
     motions, loads, memory = (_zones(path) for path in (radiation, excitation, infinite))
     if len(motions) != 6 or any(x.shape[1] != 13 for _, x in (*motions, *loads)):
-        raise SceneError(f"{radiation}: it does not have six motions with six loads each")
+        raise SceneError(
+            f"{radiation}: it does not have six motions with six loads each; compute all degrees of freedom"
+        )
     w = motions[0][1][:, 0]
     if (np.diff(w) <= 0.0).any() or any(len(x) != len(w) or (x[:, 0] != w).any() for _, x in (*motions, *loads)):
         raise SceneError(f"{radiation}: frequencies must ascend, and be the same in {excitation.name}")

@@ -97,7 +97,7 @@ def working(start: date, days: Sequence[int], shifts: Sequence[Shift], off: Iter
     parts = [str(start)], map(str, days), (f"{a}-{b}" for a, b in shifts), map(str, sorted(off))
     key = "/".join(" ".join(part) for part in parts)
     if not windows(key)[0]:
-        raise SceneError("this calendar has no working day")
+        raise SceneError("the calendar has no working time; give it a weekday with a shift that is not off")
     return Calendar(key)
 
 

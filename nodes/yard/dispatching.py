@@ -14,7 +14,7 @@ from .waves import WaveLimit
 from .weather import HOUR, NONE, WindChange, YardDone, YardWeather
 
 PATIENCE = 3650 * 24 * HOUR
-BAD = "in ten years it was never long enough good"
+BAD = "in ten years of weather it is never good for long enough; raise the limit or shorten the step"
 HELD = "blocks that hold it wait for others; release it at an earlier step, or add units"
 NOT_READY, NO_SHIFT, WEATHER = "block not ready", "no shift", "weather"
 

@@ -119,7 +119,7 @@ def days_off(text: object) -> Iterator[date]:
     first, _, last = (part.strip() for part in str(text).partition(".."))
     begin, end = day(first), day(last or first)
     if end < begin:
-        raise ValueError(f"'{text}' ends before it begins")
+        raise ValueError(f"the range of dates '{text}' ends before it begins; exchange its ends")
     return (begin + timedelta(n) for n in range((end - begin).days + 1))
 
 

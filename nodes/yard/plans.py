@@ -89,7 +89,7 @@ def planned_in_table(cells: dict[str, TableCell]) -> tuple[datetime, datetime]:
     except ValueError as error:
         raise ValueError(f"{error}: write times as 2027-01-31 13:00") from None
     if end < start:
-        raise ValueError("this ends before it starts")
+        raise ValueError("this step ends before it starts; correct its times")
     return start, end
 
 

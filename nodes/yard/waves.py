@@ -83,4 +83,6 @@ def _sector(text: object) -> tuple[float, float]:
     if not found or found.step:
         raise ValueError(f"'{text}' is not a valid sector: write the directions from which waves may come: 330..30 deg")
     first, last = (ANGLE.read(f"{x} {found.unit}") for x in (found.low, found.high))
+    if first == last:
+        raise ValueError(f"'{text}' is a sector without width: write two directions, or 0..360 deg for all")
     return first % tau, (last - first) % tau or tau

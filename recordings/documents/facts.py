@@ -25,7 +25,7 @@ class Facts:
 
     @cached_property
     def peaks(self) -> dict[str, Peak]:
-        """Peak tension of each whole rope, as recorded; pieces of ropes are omitted."""
+        """Recorded peak tension of each rope; the parts of ropes over sheaves are omitted."""
         return {name: peak for name, peak in recorded_peaks(self.rec).items() if "~" not in name}
 
     @cached_property

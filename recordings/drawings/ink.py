@@ -37,7 +37,7 @@ class Text(NamedTuple):
 
 
 class DimensionLine(NamedTuple):
-    """A horizontal (h) or vertical (v) dimension between two points, with its dimension line at y or x = `at`."""
+    """A horizontal (h) or vertical (v) dimension between two points; its dimension line is at y or x = `at`."""
 
     a: tuple[float, float]
     b: tuple[float, float]

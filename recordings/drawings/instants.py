@@ -72,7 +72,7 @@ class DrawnInstant(NamedTuple):
     afloat: bool
 
     def of(self, *kinds: str) -> Floats:
-        """Return the corners (n, 3) [m] of all solids of the given kinds in the drawing."""
+        """Return the corners (n, 3) [m] of all drawn solids of the given kinds, such as "crane"."""
         return np.concatenate([np.zeros((0, 3)), *(x.corners for x in self.solids if x.kind in kinds)])
 
 

@@ -53,7 +53,7 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
 
 
 def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
-    """Return a plan and two elevations, each at a scale that fits `room` [mm]; the second is seen from the right."""
+    """Return the plan, the front elevation and the elevation from the right, each at a scale that fits `room` [mm]."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")

@@ -29,7 +29,7 @@ IN_MEMORY = 1 << 20  # bytes; what is more goes into a file
 
 
 class Spool:
-    """Temporary storage to which data can only be appended. `what`: name of the data, for the error of a full disk."""
+    """Temporary storage to which data can only be appended; `what`: name of the data for error messages."""
 
     def __init__(self, what: str) -> None:
         self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed with its last reference

@@ -16,7 +16,7 @@ Data = dict[str, Any]
 
 
 class HookMachine(NamedTuple):
-    """A machine with hooks: the dead load [kg] on each rope, and the configuration of the machine in words."""
+    """A machine with hooks: its name, the dead load [kg] on each rope, and its configuration as texts by name."""
 
     name: str
     dead: dict[str, float]
@@ -48,7 +48,7 @@ def unread(plan: Data) -> str:
 
 
 def ties(plan: Data) -> list[Data]:
-    """Return the slings of a plan."""
+    """Return the slings of all machines in a recorded plan."""
     return [tie for machine in plan.get("machines", []) for tie in machine.get("ties", [])]
 
 

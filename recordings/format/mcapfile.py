@@ -227,7 +227,7 @@ READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "n
 
 
 def failing(error: BaseException) -> str:
-    """Return the name of the library whose import failure or defect caused an error; "" if damaged data caused it."""
+    """Return the library that caused an error by a failed import or a defect; "" if damaged data caused the error."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
@@ -241,7 +241,7 @@ def failing(error: BaseException) -> str:
 
 
 def refused(error: BaseException) -> str:
-    """Return a sentence about an error that disk or memory caused; "" for other errors."""
+    """Return a sentence about an error of the disk or for lack of memory; "" for any other error."""
     if isinstance(error, MemoryError):
         return "there is too little memory; end other programs and try again"
     if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL, errno.EOVERFLOW):

@@ -64,7 +64,7 @@ def reeved(part: str) -> str:
 
 
 def unit_of(unit: str, column: str) -> str:
-    """Return the unit of one column of a signal whose unit depends on the column, such as "m or rad"."""
+    """Return the unit of one column of a signal, such as m or rad for a signal whose unit is "m or rad"."""
     along, turning = _PAIRS.get(unit, (unit, unit))
     last = column.rpartition(".")[2]
     if along != turning and _QUATERNION.fullmatch(last):
@@ -139,11 +139,11 @@ class Batch(msgspec.Struct, frozen=True):
 
 
 def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
-    """Decode a batch; raises RecordingError unless it contains complete rows."""
+    """Decode a batch of samples; raises RecordingError unless it consists of complete rows."""
     try:
         wire = _decode_batch(payload)
     except UNREADABLE as error:
-        raise RecordingError(f"a batch of samples is not [number, times, rows]: {error}") from None
+        raise RecordingError(f"a batch of samples cannot be decoded as [number, times, rows]: {error}") from None
     first, times, data = wire.first, wire.times, wire.rows
     if wire.lift and wire.lift not in layout.lifts:
         raise RecordingError(
@@ -201,7 +201,7 @@ NOTHING = -40  # power of two of what is no value
 
 
 class Columns:
-    """The recorded columns of rows with one layout: `fields` of numbers, then seven columns per body in `bodies`."""
+    """The columns of sample rows that a recording stores: numbers of `fields`, then seven columns per body."""
 
     def __init__(self, layout: SampleLayout) -> None:
         poses = [channel for channel in layout.channels if channel.topic.startswith(POSE)]
@@ -244,7 +244,7 @@ def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
 
 
 class Rounding:
-    """Rounds the columns of given channels; must be applied to all rows of a run in order."""
+    """Rounds the columns of given sample channels; must receive all rows of a run in their order."""
 
     def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
         """Prepare the rounding; the first `recalled` rows are rounded already, and `most` are the largest values of

@@ -39,7 +39,7 @@ def stamp(t_ns: int) -> Timestamp:
 
 
 def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
-    """Return Timestamps as bytes (n, 12): a tag and five bytes of seconds, then a tag and five bytes of nanoseconds."""
+    """Return times [ns] as protobuf Timestamps of 12 bytes (n, 12): tag and seconds (6), tag and nanoseconds (6)."""
     parts = np.stack(np.divmod(np.array(times, np.uint64), np.uint64(1_000_000_000)), axis=1)[:, :, None]
     out = np.empty((len(times), 2, 6), np.uint8)
     out[:, :, 0] = 0x08, 0x10

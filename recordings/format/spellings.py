@@ -42,7 +42,7 @@ def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[st
 
 
 def old_type(data: dict[str, Any]) -> bool:
-    """Convert a crane type of the former family goliath; return whether the type belonged to it.
+    """Convert a crane type of the former family `goliath` in place; return whether the data were of this family.
 
     The type then extends the smallest type of that family.
     """
@@ -55,13 +55,13 @@ def old_type(data: dict[str, Any]) -> bool:
 
 
 def driven(actuator: str) -> str:
-    """Return the reported name of the part that an actuator moves, or the actuator's if it has none."""
+    """Return what an actuator moves, as reports name it, such as the upper trolley of a crane; else the actuator."""
     crane, called = called_of(actuator)
     return f"the {called} of {crane}" if called else crane
 
 
 def called_of(actuator: str) -> tuple[str, str]:
-    """Return the machine and the reported name of the part that an actuator moves, or the actuator and ""."""
+    """Return the machine and the part that an actuator moves, as reports name them; otherwise the actuator and ""."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

@@ -172,7 +172,7 @@ class Ropes:
         self._drawn = np.full((len(bodies), 7), np.inf)
 
     def moved(self, poses: NDArray[np.float64]) -> bool:
-        """Return whether a body has moved since the rope lines were drawn last; if so, store the poses as drawn."""
+        """Return whether a body has moved since the rope lines were last drawn; if so, store the new poses."""
         moved = bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
         if moved:
             self._drawn = poses

@@ -69,7 +69,7 @@ class Contents:
 
     @property
     def rows(self) -> int:
-        """Number of samples of all lifts together."""
+        """Number of sample rows of the whole scene, without additional rows of single lifts."""
         return self._lifts[""].count
 
     @property
@@ -142,11 +142,11 @@ class _Lift:
 
     @property
     def full(self) -> bool:
-        """Whether enough messages are pending to decode a block."""
+        """Whether enough messages wait to be decoded as a block."""
         return min(len(self._waiting[kind]) for kind in self._forms) >= BLOCK
 
     def joined(self) -> tuple[list[int], Floats, Floats | None]:
-        """Return the pending rows: times [ns], numbers, and numbers with poses (None if poses have other times)."""
+        """Return waiting sample rows: times [ns], numbers, and numbers with poses (None if poses have other times)."""
         at, parts = list[list[int]](), list[Floats]()
         for kind in sorted((kind for kind in self._forms if self._waiting[kind]), reverse=True):  # samples, then poses
             waiting, self._waiting[kind] = self._waiting[kind], []
@@ -242,7 +242,7 @@ def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice])
 def with_own_rows(
     signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
-    """Merge the rows recorded at events of single lifts into a signal; at equal times, they come last."""
+    """Add to a signal the rows recorded for single lifts at their events; at equal times, these rows come last."""
     for topic in topics:
         found = _form(topic.name, topic.metadata, signal)
         if found is None:

@@ -82,8 +82,7 @@ class Recording:
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """Return a fact of `result` or `run` from JSON; raises RecordingError if its type differs from the
-        default's."""
+        """Return a recorded fact from JSON; raises RecordingError if its type differs from that of `default`."""
         found = text = self.result.get(name, self.run.get(name))
         if text is None or isinstance(default, str):
             return default if text is None else text
@@ -196,7 +195,7 @@ class Recording:
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
     def message(self, fact: str) -> list[str]:
-        """Return the sentences of the fact `measured` (compared with a real lift) or `certified` (error estimates)."""
+        """Return the recorded sentences about a comparison with a real lift (`measured`) or errors (`certified`)."""
         return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:

@@ -260,7 +260,7 @@ class RecordedPart:
         return f"<{self.name}: {', '.join(self._words)}>"
 
     def __getstate__(self) -> NoReturn:
-        raise TypeError("a part of a recording cannot be pickled; pickle the arrays of its signals")
+        raise TypeError("an object that reads from a recording cannot be pickled; pickle the arrays of its signals")
 
 
 def _in(column: str, names: tuple[str, ...]) -> bool:

@@ -69,7 +69,7 @@ def packed(values: Floats, kind: str = "<f4") -> str:
     """Return an array as base64 of little-endian floats in C order; raises ValueError if a number is too large."""
     largest = np.abs(values).max(initial=0.0, where=np.isfinite(values))
     if largest > np.finfo(kind).max:
-        raise ValueError(f"{largest:.3g} is too large to be drawn")
+        raise ValueError(f"the number {largest:.3g} is too large to be drawn")
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 

@@ -49,7 +49,7 @@ def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
 
 
 def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[float, str]]]:
-    """Return descriptions of the rows that only one recording has, and the first difference with its time [s]."""
+    """Return descriptions of rows of a topic that one recording lacks, and the first difference with its time [s]."""
     a, b = (hashes(rec, topic) for rec in (A, B))
     if np.array_equal(a, b):
         return [], []
@@ -76,7 +76,7 @@ def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[
 
 
 def hashes(rec: Recording, topic: str) -> NDArray[np.void]:
-    """Return times `t` [ns] and hashes `x` of the bytes of all messages of a topic, as an array (n,) in file order."""
+    """Return the time `t` [ns] and a content hash `x` of each message of a topic (n,), in the order of the file."""
     found = [(raw.publish_time, sha256(raw.data).digest()[:8]) for raw in rec.messages(topic)]
     return np.array(found, [("t", "<i8"), ("x", "S8")])
 
@@ -102,7 +102,7 @@ def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[
 
 
 def facts(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield descriptions of differing facts, leaving out where and how runs were computed, and the facts in `but`."""
+    """Yield descriptions of facts that differ between two recordings, except those on computation and in `but`."""
     for kind, a, b in (("run", A.run, B.run), ("result", A.result, B.result)):
         for name in sorted(a.keys() | b.keys()):
             x, y = a.get(name), b.get(name)

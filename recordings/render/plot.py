@@ -47,7 +47,7 @@ Rest = tuple[Floats, Floats]  # (n,) times [s], (n,) tensions at rest [N]
 
 
 class Curves(NamedTuple):
-    """Data of a plot: times [s], values and peaks (n, m), names and rated values of the m columns, their quantity."""
+    """The curves of a plot, one per column: times [s], values and peaks (n, m), names, rated values, quantity."""
 
     t: Floats
     values: Floats

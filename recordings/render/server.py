@@ -116,7 +116,7 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = STALLED
 
     def do_GET(self) -> None:
-        """Answer a request with the page, its messages, or a refusal."""
+        """Answer an HTTP GET request by the HTML page, the stream of messages, or an error."""
         refused = refusal(cast(Mapping[str, str], self.headers), self.server.owner.port)
         if refused:
             return self._answer(HTTPStatus.FORBIDDEN, refused.encode() + b"\n", "text/plain")

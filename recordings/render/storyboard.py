@@ -75,7 +75,7 @@ def timed(axes: Axes) -> None:
 
 
 def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> float:
-    """Draw lines at the rated values near or below the largest value `high`; return the upper end of the axis."""
+    """Draw lines at rated values not far above the largest value `high`; return the upper end of the axis."""
     near = {name: limit for name, limit in limits.items() if limit < NEAR * high}
     top = max([high, *near.values()])
     groups: list[list[str]] = []  # those whose lines are close to one another share a label
@@ -111,7 +111,7 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
 
 
 def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Return positions of labels, near the wanted ones and at least `gap` apart; none is above `highest`."""
+    """Return positions for labels: near the wanted ones, at least `gap` apart, none above its value in `highest`."""
     blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
     for i, place in enumerate(wanted):
         blocks.append((place - i * gap, 1))
@@ -179,7 +179,7 @@ class _Drawing:
         return f"{stage}, {clock(self.times[i])}"
 
     def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
-        """Return the view of an instant along the x axis: faces (4, 2) from far to near, colours, lines (n, 2, 2)."""
+        """Return instant i as seen along the x axis: faces (4, 2), farthest first, colours, rope lines (n, 2, 2)."""
         faces = [(*face, colour) for far, flat, colour in self._faces for face in zip(far[i], flat[i], strict=True)]
         faces.sort(key=lambda face: -face[0])
         return [f[1] for f in faces], [f[2] for f in faces], self._ropes[i][:, :, 1:]

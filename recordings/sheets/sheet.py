@@ -33,7 +33,7 @@ Value: TypeAlias = str | float | None
 
 
 class Marked(NamedTuple):
-    """A cell value with a state that gives its colour: red, amber, undecided, green, or recommended."""
+    """The value of a table cell with the state that gives its colour: red, amber, undecided, green, or recommended."""
 
     value: Value
     state: str = "red"
@@ -137,7 +137,7 @@ def stated(state: str, *leads: str) -> str:
 
 
 def plain(cell: Cell) -> Value:
-    """Return the value of a cell without its state."""
+    """Return the value of a table cell, without the state that gives the cell its colour."""
     return cell.value if isinstance(cell, Marked) else cell
 
 

@@ -95,7 +95,7 @@ class Broadcast(Spectator):
         return len(self._topics) - 1
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """Pass a message on to the listener, in the form in which a recording would contain it."""
+        """Pass a message to the listener with the bytes that a recording would contain."""
         self._listener.put(self._topics[channel], publish_ns, data)
 
     def begin(

@@ -42,7 +42,7 @@ def file_path(path: object) -> Path:
 
 
 def unnamable(path: Path) -> str:
-    """Return why no file can have this name with the suffixes that a run adds; "" if such files are possible."""
+    """Return why the operating system refuses this file name with the endings that a run adds; "" if it does not."""
     try:
         _mode(path.with_name(path.name + COMMANDS))
     except OSError as error:
@@ -79,7 +79,7 @@ def names(path: Path) -> Iterator[Path]:
 
 
 def remains(path: Path) -> list[Path]:
-    """Return those files of an output with this name that exist, including its temporary files."""
+    """Return the existing files of an output with this path: the output itself and its temporary files."""
     every = [path, *(path.with_name(path.name + ending) for ending in (PART, COMMANDS))]
     return [x for x in every if _mode(x) is not None]
 

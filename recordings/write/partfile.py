@@ -56,7 +56,7 @@ class PartFile(AbstractContextManager["PartFile"]):
         return writing(self._at or self.path)
 
     def show(self) -> None:
-        """Give the file, so far without a name, the name `PATH.part` or the next free one."""
+        """Give the temporary file, which has no name so far, the name `PATH.part` or the next free name."""
         with self.writing():
             self.stream.flush()
             for path in names(self.path):

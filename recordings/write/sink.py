@@ -191,7 +191,7 @@ class Messages(Protocol):
 
 
 class Channels(Protocol):
-    """Interface of a recording to which channels can be added; `mcap` receives the messages of these channels."""
+    """Interface of a recording to which channels can be added; `mcap` receives their messages."""
 
     @property
     def mcap(self) -> Messages: ...
@@ -232,11 +232,11 @@ class RowWriter:
         return viewers.Ropes(lines, self.bodies)
 
     def hang(self, ropes: viewers.Ropes) -> None:
-        """Draw these rope lines with all sample rows from the next one on."""
+        """Draw these rope lines together with all sample rows that are written from now on."""
         self._ropes, self._lines_due = ropes, 0
 
     def encode(self, times: list[int], log_ns: list[int], rows: NDArray[np.float64]) -> RowBlock:
-        """Encode rows (n, width) with these simulation and log times [ns] for `write`."""
+        """Encode sample rows (n, width) with their simulation and log times [ns]; `write` accepts the result."""
         columns = self._columns(rows)
         numbers, poses = np.split(columns, [self._columns.numbers], axis=1)
         samples = self._form.encode(times, numbers)

@@ -37,7 +37,7 @@ EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken afte
 
 
 class PendingRows(NamedTuple):
-    """Encoded rows that wait to be written, from the row `first` of their block on."""
+    """Encoded sample rows that wait to be written: those of a block from its row `first` on."""
 
     rows: RowWriter
     block: RowBlock
@@ -205,7 +205,7 @@ class Recorder:
         self._message(self._log, t_ns, log_message(t_ns, level, name, message))
 
     def settle(self, t_ns: int) -> None:
-        """Declare all data before a simulation time [ns] complete, and write them."""
+        """Write all data before a simulation time [ns]; no further data of these times may follow."""
         self._settled = max(self._settled, t_ns)
         self._drain()
 

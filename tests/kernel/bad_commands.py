@@ -83,7 +83,7 @@ COMMANDS = [
     ),
     (
         lambda s: s.set_follow("drive", "way", (1.0, 0.0, 0.0)),
-        "'drive' cannot follow 'way': a prescribed drive can follow only commanded masters",
+        "'drive' cannot follow 'way': a prescribed drive can follow only a commanded master signal",
     ),
     (
         lambda s: s.set_follow("rope", "theta", (nan, 0.0, 0.0)),

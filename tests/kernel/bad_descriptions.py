@@ -241,8 +241,8 @@ DESCRIPTIONS = [
     ),
     (with_(thresholds=(Threshold("t", "angle", of="b"),)), "threshold 't': there is no body 'b'; known: a, world"),
     (with_(thresholds=(Threshold("t", "speed", of="b"),)), "threshold 't': there is no joint 'b'; known: a-guide"),
-    (with_(thresholds=(Threshold("t", "height"),)), "threshold 't': a height needs a point"),
-    (with_(thresholds=(Threshold("t", "tension"),)), "threshold 't': a tension needs a rope"),
+    (with_(thresholds=(Threshold("t", "height"),)), "threshold 't': a height needs a point; give one"),
+    (with_(thresholds=(Threshold("t", "tension"),)), "threshold 't': a tension needs a rope; give one"),
     (
         with_(thresholds=(Threshold("t", "length", ropes=("r",)),)),
         "threshold 't': there is no rope 'r'; the system has no rope at all",

@@ -179,7 +179,7 @@ def test_a_recorded_number_too_large_to_draw_is_reported_as_damaged_content(
         rec.samples(msgspec.msgpack.encode([0, TIMES, rows.tobytes()]))
     whole = tmp_path / "run.mcap"
     # in newtons or kilonewtons
-    too_large = r"run\.mcap: has contents that no run writes \(1e\+(200|197) is too large to be drawn\)"
+    too_large = r"run\.mcap: has contents that no run writes \(the number 1e\+(200|197) is too large to be drawn\)"
     with pytest.raises(RecordingError, match=too_large):
         content(Recording(whole))
     with pytest.raises(RecordingError, match=too_large):

@@ -33,7 +33,7 @@ def process_count(text: str | int) -> int:
     try:
         return int(text)
     except ValueError:
-        raise typer.BadParameter(f"{text!r} is neither a number of processes nor auto") from None
+        raise typer.BadParameter(f"{text!r} is not a number of processes; give an integer or auto") from None
 
 
 def paying_processes(
@@ -44,7 +44,7 @@ def paying_processes(
         return asked
     if elsewhere:
         raise typer.BadParameter(
-            "--processes auto measures processes on this machine only; leave out --remote and --external"
+            "--processes auto measures processes on this computer only; leave out --remote and --external"
         )
     from .process_count import paying
 

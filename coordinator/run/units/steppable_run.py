@@ -171,7 +171,7 @@ class SteppableRun:
         ends = {"scene": self._core.end.t, "experiment": self.stop}
         what = min(ends, key=lambda x: ends[x])
         if to_ns > ends[what]:
-            raise ModelError(f"the {what} ends at {ends[what] / 1e9:g} s, and no step may go to {to_ns / 1e9} s")
+            raise ModelError(f"the step to {to_ns / 1e9} s is too long: the {what} ends at {ends[what] / 1e9:g} s")
 
     def _shown(self, t_ns: int) -> np.ndarray:
         simulation = self._kernel.simulation

@@ -159,7 +159,7 @@ def _faces(apart: list[Scalar]) -> list[Scalar]:
 
 @dataclass(frozen=True)
 class Direction:
-    """A direction n perpendicular to one edge of each of two boxes, pointing from B to A.
+    """A direction perpendicular to one edge of box A and to one edge of box B, pointing from B to A.
 
     n = a_i x b_j; `separation`: distance of the boxes along it [m].
     """

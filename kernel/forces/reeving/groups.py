@@ -30,7 +30,10 @@ FREE = 2.0  # mode of a sheave of a slack rope
 
 
 class Groups:
-    """Strain of each part of a rope and flow over each sheave; `modes`: whether the rope sticks or slips on each."""
+    """Computes the strain of each part of a rope, and the flow of rope over each sheave.
+
+    `modes`: whether the rope sticks or slips on each sheave.
+    """
 
     def __init__(
         self,

@@ -228,7 +228,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         lies[leavable(f)] = 0.0
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
-        """Hang a slack rope from point a to point b; return by how much its unstretched length is too short [m]."""
+        """Hang a slack rope over its sheaves from end a to end b; return by how much it is too short [m]."""
         p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0

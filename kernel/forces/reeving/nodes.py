@@ -43,7 +43,7 @@ def turning(f: Reeving) -> list[bool]:
 
 
 def node_of(s: Sheave, q: Array, body: Array, label: str = "a") -> SheavePoint:
-    """Return the node of a sheave or rope end from its parameters q."""
+    """Return position and motion of a sheave or rope end, from its parameters q and the motion of its body."""
     x, c, v = attachment(body, q[:3], label)
     R = np.reshape(body[:9], (3, 3))
     needed = s.radius > 0.0 or s.friction > 0.0
@@ -69,9 +69,9 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
 
 
 def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]], list[bool | None]]:
-    """Return the parameters of a rope's nodes at given poses, and whether the rope touches each (None: always).
+    """Return the parameters of a rope's sheaves and ends in a given pose, and whether the rope touches each of them.
 
-    The dividing direction of a sheave halves its wrap arc.
+    None: the rope always touches it. The dividing direction of a sheave halves its wrap arc.
     """
     given, bodies, nodes = _there(f, poses)
     _check_places(f, nodes, demand)

@@ -146,7 +146,7 @@ class RopePath:
         return out
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Return two guards for each sheave that the rope can leave: for leaving or touching it, for its wrong side."""
+        """Return two guards per sheave that the rope can leave: for gain or loss of contact, and for the wrong side."""
         out = []
         for i, here in enumerate(self._on):
             if here is not None:
@@ -268,7 +268,7 @@ class Unrolled:
             self.parts.append(replace(part, straight=longer * part.straight, u=u, arms=arms))
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Return two guards for each edge: the rope leaves or touches the edge; the rope touches its wrong side."""
+        """Return two guards per edge: for the rope leaving or touching the edge, and for the rope on its wrong side."""
         return self._plane.watches()
 
     def within(self, ends: Sequence[Array]) -> list[Scalar]:

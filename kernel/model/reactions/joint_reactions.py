@@ -44,7 +44,8 @@ class Indeterminacy:
     lever: float  # [m] a moment counts as a force on it
 
     def least(self, given: Mapping[Key, float]) -> dict[Key, float]:
-        """Return the least-norm values of the undetermined components; `given`: their values in any solution."""
+        """Return the least-norm values of the statically undetermined reactions, from their values `given` in any
+        solution."""
         keys = list(self.patterns)
         scales = [1.0 if kind == "joint" and i >= 3 else self.lever for kind, _, i in keys]
         distances = [
@@ -138,8 +139,10 @@ def _put(found: dict[Key, float], name: str, R_WJ: np.ndarray, p: np.ndarray, F:
 
 
 class Running(Protocol):
-    """Interface of a simulation, or of its native state, from which reactions are computed; `[name]` reads a part of
-    its state block X."""
+    """Interface of a simulation, or of its native state, from which joint reactions are computed.
+
+    `[name]` reads a part of its state block X.
+    """
 
     @property
     def program(self) -> Program: ...

@@ -78,7 +78,7 @@ class Mobility:
 
     @property
     def lines(self) -> list[str]:
-        """The numbers of bodies and degrees of freedom as sentences, with notes on redundant conditions."""
+        """The numbers of bodies and degrees of freedom of a scene, and notes on redundant constraints, as sentences."""
         out = []
         if bodies := [f"{n} {what}" for n, what in self._kinds if n]:
             out.append(f"bodies: {', '.join(bodies)}")

@@ -88,7 +88,7 @@ class Carried:
 
 
 def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array) -> Carried:
-    """Return the frame at a station of a flexible body; R, r, V, A: its floating frame and motion in world axes."""
+    """Return pose and motion of a station (attachment point) of a flexible body, from its floating frame R, r, V, A."""
     # g eta serves the position, eta^T g eta / 2, and its rate, eta'^T g eta
     pull = place.shortening @ eta
     U, T = place.shape[:3] - np.outer(ALONG, pull), place.shape[3:]

@@ -59,7 +59,7 @@ class FlexibleColumn:
         self._mass, self._far = float(total(mass)), float(np.abs(self._at).max())
 
     def part(self, forces: np.ndarray, places: np.ndarray, a: np.ndarray, w: np.ndarray) -> float:
-        """Return the body's axial load as a share of its buckling load; a share below the constant SLIGHT counts as 0.
+        """Return the axial load of the body divided by its buckling load; 0 for a quotient below the constant SLIGHT.
 
         Under forces (n, 3) at places (n, 3), acceleration a of the frame less gravity, and angular velocity w, in the
         frame's axes.

@@ -110,7 +110,7 @@ class FlexibleModes:
 
     @cached_property
     def column(self) -> FlexibleColumn:
-        """The body as a column under axial loads."""
+        """The model of this flexible body as a column that can buckle under axial loads."""
         return FlexibleColumn(self, *_model(self.flexible)[2:])
 
     @cached_property

@@ -35,7 +35,7 @@ class Smallness:
 
     @property
     def numbers(self) -> list[float]:
-        """The parameters of the deflection check of a body in block P.
+        """The parameters of a body's deflection check, as stored in the parameter block P.
 
         The square of the limit that applies now, whether a note about compression was added, the times since which the
         body has been near buckling and beyond it, and the rows.
@@ -43,7 +43,7 @@ class Smallness:
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
     def use(self, eta: Array, rows: Array) -> list[Scalar]:
-        """Return the squared utilisations of the deflection limits (13), one per group; eta (m,): mode coordinates."""
+        """Return the squared utilisation of each deflection limit of the body, for mode coordinates eta (m,)."""
         out, first = [], 0
         for n in self.groups:
             parts = [row @ eta for row in rows[first : first + n]]
@@ -82,8 +82,7 @@ class ModeShapes(Protocol):
 
 
 def smallness(modes: ModeShapes) -> Smallness:
-    """Return the deflection limits (13) of a body: at equal distances along a beam, otherwise at the nodes where the
-    displacement of a mode is largest."""
+    """Return the limits for small deflections: at equal distances along a beam, else at the most displaced nodes."""
     found: list[tuple[np.ndarray | None, np.ndarray | None]] = []
     if beam := modes.flexible.beam:
         length = beam.length
@@ -114,8 +113,10 @@ def smallness(modes: ModeShapes) -> Smallness:
 
 
 def sentence(body: str, joint: str, t: float, turns: bool, use: float, refused: bool) -> str:
-    """Return the message that a body reached a limit of small deflections at t [s]; `use`: deflection as a share of the
-    limit (13)."""
+    """Return the message that a body's deflection at t [s] reaches a limit of small deflections.
+
+    `use`: deflection as a share of the limit, equation (13) of the module.
+    """
     size = use * WARNED
     turned, bent = (
         f"turns by {degrees(TURNED * size):.3g} degrees within itself",

@@ -84,7 +84,7 @@ def track(modes: FlexibleModes, joint: str) -> Track:
 
 
 def with_stations(system: System) -> tuple[System, dict[str, FlexibleModes]]:
-    """Return the system with a massless body (station) for each point on flexible bodies, and these bodies' modes."""
+    """Return a system with a massless body (station) at each attachment point of flexible bodies, and their modes."""
     modes = {b.name: modes_of(b.name, b.flexible) for b in system.bodies if b.flexible}
     if not modes:
         return system, modes
@@ -137,7 +137,7 @@ class ReducedBody:
 
 @lru_cache(maxsize=64)
 def reduced(modes: FlexibleModes) -> ReducedBody:
-    """Return the constants of the kinetic energy of a flexible body, equations (5) of the module."""
+    """Return the constants that determine the kinetic energy of a flexible body, by equations (5) of the module."""
     n, m = modes.shapes.shape
     B0 = rigid_motions(modes.nodes)
     B = np.zeros((m, n, 6))

@@ -71,7 +71,7 @@ class _Joint:
 def augmented(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """Return dq/dt, dv/dt and forces of prescribed joints by the augmented formulation; arguments as of `dynamics`."""
+    """Return dq/dt, dv/dt and forces of prescribed joints by the augmented formulation, as `dynamics.dynamics` does."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
     joints = _joints(tree, K)
@@ -182,7 +182,7 @@ def _solve(
 def embedding(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """Return dq/dt, dv/dt and forces of prescribed joints by the embedding formulation; arguments as of `dynamics`."""
+    """Return dq/dt, dv/dt and forces of prescribed joints by the embedding formulation, as `dynamics.dynamics` does."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
     R = velocity_transformation(tree, K)
@@ -224,7 +224,7 @@ Eliminated = dict[int, tuple[Array, Scalar, Scalar]]  # degree of freedom -> U, 
 def articulated(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """Return dq/dt, dv/dt and forces of prescribed joints by articulated-body inertias; arguments as of `dynamics`."""
+    """Return dq/dt, dv/dt and forces of prescribed joints by articulated-body inertias, as `dynamics.dynamics` does."""
     K = kinematics(tree, q, v, g, a_ref)
     I, p = newton_euler(tree, K, W)
     given = dict(zip(tree.prescribed_dofs, a_ref, strict=True))

@@ -105,8 +105,10 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
 
 
 def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()) -> KernelError | None:
-    """Return the error for a kinematic loop that opened within a step; None if all are closed. `moving`: prescribed
-    drives in motion."""
+    """Return the error for a kinematic loop that opened within a step; None if all loops are closed.
+
+    `moving`: prescribed drives in motion.
+    """
     if _widest(gap) <= LOST:
         return None
     name, size = _gap(program, gap)
@@ -117,7 +119,7 @@ def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()
 def locked(
     program: Program, at_start: np.ndarray, pivot: np.ndarray, t: float, moving: Sequence[str] = ()
 ) -> KernelError | None:
-    """Return the error for steps that are too small because a constraint row has become dependent, or None.
+    """Return the error for steps that became too small because constraint rows are dependent; None for other causes.
 
     `moving`: prescribed drives in motion.
     """

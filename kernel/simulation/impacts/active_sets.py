@@ -35,7 +35,7 @@ Survey = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Act:
-    """Callbacks through which the impact solver reads and changes a simulation."""
+    """Callbacks by which the impact solver reads the state of a simulation and applies impulses to it."""
 
     survey: Callable[[], Survey]  # Delassus matrix, speeds and free accelerations of the rows
     slack: Callable[[], np.ndarray]  # slack of rigid ropes [m]

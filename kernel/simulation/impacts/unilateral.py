@@ -199,11 +199,11 @@ def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
 
 
 def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fell: set[int]) -> None:
-    """Assign contact slots to the points that touch now, fastest first; free slots of contacts that have left their
-    face.
+    """Occupy a contact slot for each point where shapes touch now; free the slots of points that have left their face.
 
-    All contacts stick at first. `fell`: candidates, counted through all sites, whose guards report a touch. At the end
-    of an edge, round-off may make another candidate touch here than the one of the guard.
+    The fastest points come first. All contacts stick at first. `fell`: candidates, counted through all sites, whose
+    guards report a touch. At the end of an edge, round-off may make another candidate touch here than the one of the
+    guard.
     """
     first = 0
     for s in sites:

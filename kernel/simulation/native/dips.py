@@ -16,7 +16,7 @@ FLAG = ("tg", "dip")  # start of the step before the last one; whether a dip is 
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Initialise the detection of dips of guards; a point extrapolated backwards serves as previous step."""
+    """Initialise the detection of dips of guards, with a point extrapolated backwards in place of a previous step."""
     s.tg, s.t0, s.Gb, s.Ga, s.dip = s.t - NEAR, s.t, s.G, 2.0 * s.G - ahead.G, 0.0
 
 

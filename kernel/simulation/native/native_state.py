@@ -214,7 +214,7 @@ class NativeState:
         return n
 
     def among(self) -> float:
-        """Return a local time [s] inside the present pieces of all speed profiles, for selecting these pieces."""
+        """Return a local time [s] within the present pieces of all speed profiles, which selects these pieces."""
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
 
     # ---- evaluations --------------------------------------------------------------------------------------

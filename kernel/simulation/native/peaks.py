@@ -23,7 +23,7 @@ ROUNDS = 4  # of Newton, from the highest node
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Initialise the detection of tension maxima; a point extrapolated backwards serves as previous step."""
+    """Initialise the detection of tension maxima, with a point extrapolated backwards in place of a previous step."""
     # a point on the tangent before the start: two earlier ends are needed to bound a bend
     s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead.T
     s.steep = s.hilly = 0.0
@@ -37,7 +37,7 @@ def remember(s: StepState) -> None:
 
 
 def watch(s: StepState, taken: Value) -> None:
-    """Determine, after an accepted step, whether the step may contain a maximum of a tension or a rise to a new one."""
+    """Determine whether a rope tension may have passed or approached a new peak within the last accepted step."""
     hills, rises = _bounds(s, select(taken, s.t, s.t0 + 1.0))
     s.hilly = select(taken & any_of(hills), 1.0, 0.0)
     s.steep = select(taken & any_of(rises), 1.0 - s.hilly, 0.0)

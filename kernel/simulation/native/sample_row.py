@@ -185,9 +185,10 @@ def projection(program: Program) -> Function:
 
 
 def surveying(program: Program) -> Function:
-    """Return the traced function that evaluates the constraint rows: t, y, P -> delassus, speed, free.
+    """Return the traced function that computes matrix, speeds and free accelerations of the constraint rows.
 
-    delassus (n * n,): matrix; speed, free (n,): velocities and free accelerations of the rows.
+    Its arguments are t, y and P; its results: delassus (n * n,): matrix; speed, free (n,): velocities and free
+    accelerations of the rows.
     """
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
@@ -224,12 +225,12 @@ def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
 
 
 def kick(s: StepState, P: Value, f: Function) -> None:
-    """Apply the impulses [N s] stored in the work block to the state y, which is stored there, too."""
+    """Apply the impulses [N s] in the work block to the state y in the same block."""
     s.y = f(t=[s.t], y=s.y, P=P, x=s.impulse).after
 
 
 def halted(x: Evaluation) -> Value:
-    """Return the state (ny,) with all locked joints at rest; heat and work of the impulses are in its accounts."""
+    """Return the state (ny,) after impulses stop all locked joints, with their heat and work in the energy accounts."""
     p = x.program
     v, accounts = list(x.v), dict(zip(p.accounts, x.accounts, strict=True))
     locks = {lock.joint: lock.name for lock in p.system.locks}

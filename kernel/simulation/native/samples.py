@@ -51,7 +51,7 @@ class RawRows:
         return self._rows[:, i if isinstance(i, slice) else slice(i, i + 1)]
 
     def sum(self, group: str, which: Sequence[int] | slice = slice(None)) -> np.ndarray:
-        """Return the sums (n, 1) over the columns of a group, added in order: results do not depend on batches."""
+        """Return the sums (n, 1) over the columns of a group, added in a fixed order, so independent of batches."""
         found = self[group][:, which]
         return found.cumsum(axis=1)[:, -1:] + 0.0 if found.shape[1] else np.zeros((len(found), 1))
 
@@ -83,7 +83,7 @@ def _topics(p: Program) -> list[Topic]:
     gauges = [_gauges(k) for k in p.graph.links if k.modes and k.modes.flexible.gauges]
 
     def of(topic: str, names: Sequence[str], *groups: str) -> Topic:
-        """Return a recorded channel made of some column groups of a sample row, unchanged."""
+        """Return a recorded channel that consists of the columns of some column groups of a sample row."""
         return topic, names, UNITS[groups[0]], lambda raw: np.concatenate([raw[g] for g in groups], axis=1)
 
     def energies(raw: RawRows) -> np.ndarray:

@@ -80,7 +80,7 @@ def fallen_status(s: StepState, fallen: Value) -> Value:
 
 
 def dive(s: StepState, rate: Rate, method: Method) -> None:
-    """Search the last step for a dip of a guard below zero, and set the status of the stepping loop."""
+    """Search the last step for a guard that falls below zero and rises again; set the status of the stepping loop."""
     dips.dive(s, rate, method)
     go_on(s, fallen_status(s, s.locate > 0.5))
 
@@ -92,7 +92,7 @@ def bounded(h: Value, r: Evaluated) -> Value:
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Return 1 s plus the first local time at which a fixed step was too long to detect passing shapes; 0 if none was.
+    """Return 1 s plus the time at which the fixed step was first too long to detect passing shapes; 0 if it never was.
 
     Local time; negative if a note about it was already added.
     """
@@ -102,7 +102,7 @@ def passing(s: StepState, r: Evaluated) -> Value:
 
 
 def go_on(s: StepState, status: Value) -> None:
-    """Set the status of the stepping loop, which continues while RUNNING with budget, sample space and time left."""
+    """Set the status of the stepping loop, which ends unless it is RUNNING and steps, sample space and time remain."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
 
@@ -186,7 +186,7 @@ def refresh(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def close(s: StepState, project: Project) -> None:
-    """Take a Newton step onto the constraints, and store the gaps before it and the pivots in the state block."""
+    """Move the state onto the constraints by one Newton step; store the gaps before it, and the pivots of the rows."""
     x = project(s.t, s.y)
     s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
 

@@ -94,7 +94,7 @@ class StepBudget:
         self.spell = 0, 0
 
     def ends(self, attempts: float, t: float) -> bool:
-        """Return whether the present second of simulated time has taken too many steps; t: simulation time [s]."""
+        """Return whether the run has taken too many steps per second of simulated time up to the time t [s]."""
         before, start = self.since
         # counted per simulated second, not by a clock: every run of the scene ends at the same step
         if t - start >= 1.0:

@@ -66,7 +66,7 @@ def check_bending(native: NativeState) -> None:
 
 
 def compressed(native: NativeState, rows: np.ndarray) -> np.ndarray:
-    """Return which rows (n, columns) of native samples need `check_compression`."""
+    """Return for each of n sample rows (n, columns) whether axial loads come near buckling."""
     close = np.zeros(len(rows), dtype=bool)
     for link, _, loads in _loaded(native, rows):
         assert link.modes is not None, "of a flexible body"
@@ -82,7 +82,7 @@ def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[
 
 
 def relieve(native: NativeState) -> None:
-    """Reset the times since which the flexible bodies have been near buckling."""
+    """Reset the stored times at which flexible bodies came near buckling."""
     for link, *_ in native.program.compressible:
         native.P[native.program.parameters.at["bending", link.body.name]][2:4] = NEVER
 

@@ -28,7 +28,7 @@ ASIDE = 1e-4  # [m, rad] along the shape to either side
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest mode of a scene: frequency [Hz], damping ratio, body with most kinetic energy, its stiff law."""
+    """The fastest mode of a scene: frequency [Hz], damping ratio, the body that moves most, and the stiff force law."""
 
     frequency: float
     damping: float
@@ -37,7 +37,7 @@ class Fastest:
 
     @property
     def message(self) -> str:
-        """The fastest mode as part of a sentence."""
+        """The fastest mode in words: its body, its stiff force law, and its frequency [Hz]."""
         held = f" on '{self.law}'" if self.law else ""
         kind = "decays" if self.damping >= 1.0 else "swings"
         return f"'{self.body}'{held} {kind} at {self.frequency:.3g} Hz"

@@ -111,7 +111,7 @@ class Freezer:
 
     def _object(self, x: Any, kind: type) -> Iterator[object]:
         if not _plain(kind):
-            raise TypeError(f"a {kind.__name__} cannot be saved")
+            raise TypeError(f"a {kind.__name__} cannot be saved in a snapshot")
         if hasattr(kind, "__setstate__"):
             _restoring(kind)
             yield from ("state", *_name(kind), self.fold(x.__getstate__()))
@@ -178,7 +178,7 @@ class _Thawer:
                 return np.frombuffer(rest[2], rest[0]).reshape(rest[1]).copy()
             case "state" | "object":
                 return self._object(number, kind, rest)
-        raise TypeError(f"{kind!r} is not a known type of saved values")
+        raise TypeError(f"{kind!r} is not a known type of saved values; take a new snapshot")
 
     def _filled(self, number: int, kind: str, rest: list[Any]) -> object:
         if kind == "set":
@@ -251,16 +251,14 @@ def _method(owner: object, name: str) -> object:
     found = next((vars(base)[name] for base in cls.__mro__ if name in vars(base)), None)
     function = getattr(found, "__func__", found)
     if found is None or not isinstance(function, FunctionType) or not _of_models(function.__module__):
-        raise TypeError(
-            f"{name} of {cls.__name__} cannot be saved: only methods of models can be; call a method of the model"
-        )
+        raise TypeError(f"{name} of {cls.__name__} cannot be saved in a snapshot; use a method of the model instead")
     return found.__get__(None if owner is cls else owner, cls)
 
 
 def _restoring(cls: Any) -> None:
     """Raise TypeError if a class has its own method for restoring its state, unless it is a class of a model."""
     if not _of_models(getattr(cls.__setstate__, "__module__", None) or ""):
-        raise TypeError(f"a {cls.__name__} cannot be saved")
+        raise TypeError(f"a {cls.__name__} cannot be saved in a snapshot")
 
 
 def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:

@@ -119,7 +119,7 @@ class Commander(Orders):
         condition = action.when or scene.MovesDone()
         if not self._holds(condition, self.index, self.since):
             if action.timeout is not None and self.now.t >= self.since + seconds(action.timeout):
-                raise ModelError(f"{self.waiting_for()}: timeout of {action.timeout:g} s")
+                raise ModelError(f"{self.waiting_for()}: the timeout of {action.timeout:g} s has passed")
             return False
         lateral = {job.actor for job in self.jobs if job.action == ASIDE and not job.halting and not job.limit}
         if any(lateral if actor is None else actor in lateral for actor in map(addressed, action.orders)):

@@ -61,7 +61,9 @@ class Machines:
                 asked = []
         for actuator in asked:
             if who := self.plan.leader(actuator):
-                raise OrderRejected(f"{actuator} is controlled by the model {who} and takes no other orders")
+                raise OrderRejected(
+                    f"{actuator} is controlled by the model {who} and takes no other orders; leave this order out"
+                )
 
     def followers(self, order: Turn, lugs: Mapping[str, str], master: str = TURN) -> list[Follow]:
         """Return the actuators that must follow a turn of a block, with their reference laws."""

@@ -5,7 +5,7 @@ The source of a number is the scene, the machine type or, for a default value, "
 
 from collections.abc import Iterator, Sequence
 
-from heavylift.kernel.description.forces import Wind
+from heavylift.kernel.description.forces import MooringLine, Spring, Wind
 from heavylift.kernel.description.mechanics import Point
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan.limit import TOUCHING, RatedLimit
@@ -31,6 +31,7 @@ from .scene_builder import LOWER, UPPER, SceneBuilder
 
 SLACK = 0.9  # dynamic force upward over the weight, at which slings become slack
 ABOVE = "what waves wet above still water is not checked"
+EXACT = 1e-9  # relative, of rounding
 MOORED = 2.0  # breaking load of a mooring line over its largest tension
 
 
@@ -157,6 +158,10 @@ def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
             "wind": scene.wind and floating and floating.wind,
             "current": scene.current and floating and floating.current,
         }
+        if floating and scene.waves and scene.fidelity.water == "motion given":
+            leans = any(name in (x.on, x.vessel) for x in scene.fenders.values())
+            acting = {**streams, "drift": hull and hull.drift, "fenders": leans, **_pulls(builder, name)}
+            missing |= {f"{of} on {name}": "does not move it: its motion is given" for of, x in acting.items() if x}
         for of in (of for of, keys in streams.items() if keys and keys.height is None):
             missing[f"heel of {name} by {of}"] = f"not included; give the 'height' of 'floating: {{{of}: ...}}'"
         if hull and hull.beside and not hull.beside.damping:
@@ -167,6 +172,13 @@ def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
         for subject, note in ((x, y) for x, y in missing.items() if y):
             where = builder.source.where(("vessels", name))
             yield RatedLimit(subject=subject, quantity="inputs", unit="", note=note, where=where)
+
+
+def _pulls(builder: SceneBuilder, name: str) -> dict[str, bool]:
+    """Return the forces of mechanisms on a vessel of which the response of a given motion knows nothing."""
+    found = (f for m in builder.machines if m.name != name for f in m.system.forces if not isinstance(f, MooringLine))
+    others = (f for f in found if not (isinstance(f, Spring) and not f.d))
+    return {f.name: True for f in others if name in [point.body for point in f.points]}
 
 
 def _splashes(builder: SceneBuilder, hooks: Sequence[RatedLimit]) -> Iterator[RatedLimit]:
@@ -202,6 +214,7 @@ def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
             subject=x.name, quantity="rope tension", unit="N", elements=(x.name,), value=x.capacity, source="the scene",
             note=f"set to {x.tension / 1e3:.6g} kN{' at first' if x.rate else ''}", where=where,
         )  # fmt: skip
+    strengths = {**moored, **{x.name: x.capacity for x in tugged}}
     rated = {*builder.scene.limits.ropes, *slings, *hooks, *moored, *(x.name for x in tugged)}
     for name in (name for name in known if name not in rated):
         where = builder.source.where(("mechanism", "ropes", name))
@@ -214,6 +227,10 @@ def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
         where, breaking = builder.source.where(path), given.breaking or 0.0
         common = {"subject": name, "unit": "N", "elements": (name,), "source": given.source, "where": where}
         most, factor = given.tension or breaking / given.factor, given.factor if breaking else 1.0
+        claimed, own = max(most, breaking if name in moored else 0.0), strengths.get(name)
+        if own and claimed > own * (1.0 + EXACT):
+            message = f"{claimed / 1e3:.6g} kN is more than the {own / 1e3:.6g} kN of the line itself"
+            builder.source.fault(path, message, "leave it out, or give no more", on_key=True)
         yield RatedLimit(quantity="rope tension", value=most, factor=factor, breaking=breaking, **common)  # type: ignore[arg-type]
         if given.partial_factor and breaking:
             most, factor = breaking / given.partial_factor, given.partial_factor

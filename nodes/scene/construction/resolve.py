@@ -59,6 +59,7 @@ class _Resolver:
         self.rigged = {x: slings for name in builder.scene.rigging for x, slings in self._entries(name).items()}
         self.held = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.holds in self.lugs}
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
+        self.loose = set[str]()  # tugger lines that are
 
     def listed(self, index: int, action: ActionLine) -> list[plan.Action]:
         """Return the actions of the plan for one action of the scene; orders such as levelling need several."""
@@ -186,6 +187,7 @@ class _Resolver:
                 if not off:
                     self.source.fault(path, f"nothing hangs on {found[0].name} that could be unhooked")
                 self.hangs -= {*off}
+                self.loose |= {a.name for a in found if a.kind == "tugger"}
                 return [actions.UnhookSling(sling=s, where=where) for s in off]
             case "level":
                 return []
@@ -197,6 +199,7 @@ class _Resolver:
                 return self._stops(path, found, phrase, where)
             case "brake" | "release":
                 if found[0].kind in ("sling", "rope", "tugger"):
+                    self.loose |= {a.name for a in found if a.kind == "tugger"}
                     return [actions.UnhookSling(sling=a.name, parted=True, where=where) for a in found]
                 locks = {m.name: [latch.brake for latch in m.latches] for m in self.yard.machines}
                 brakes = ((a.beam or a.model, b) for a in found for b in (locks[a.beam] if a.beam else [a.name]))
@@ -222,6 +225,8 @@ class _Resolver:
             of = units.RATE if actor.turns else units.TENSION_RATE if actor.kind == "tugger" else units.SPEED
             most = of.show(actor.speed)
             self.source.fault(path, f"'{actor.name}' can {phrase.verb} at {most} at most")
+        if actor.name in self.loose:
+            self.source.fault(path, f"'{actor.name}' was released by an earlier order, so it cannot pull")
         if actor.kind == "tugger" and (phrase.to or 0.0) < 0.0:
             self.source.fault(path, f"'{actor.name}' is a line, which cannot push: order a tension of 0 kN or more")
         sign = float(VERBS[phrase.verb].sign or 1)

@@ -198,7 +198,7 @@ class Obstacle(Base):
     @model_validator(mode="after")
     def _overlaps(self) -> "Obstacle":
         if self.overlap and self.meets == "boxes":
-            raise ValueError("whole boxes cannot overlap: remove 'overlap', or write 'meets: lower corners'")
+            raise ValueError("'overlap' does not apply to whole boxes: remove it, or write 'meets: lower corners'")
         return self
 
 
@@ -241,7 +241,7 @@ class WindKeys(Base):
         if self.gusts and self.turbulence:
             raise ValueError("give the wind either 'gusts' or a 'turbulence'")
         if not any(self.direction):
-            raise ValueError("the direction of the wind is a zero vector")
+            raise ValueError("the direction of the wind is a zero vector; give one component other than 0")
         return self
 
     def history(self, seed: int, end: float | None) -> list[tuple[float, float]]:

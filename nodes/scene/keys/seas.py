@@ -56,7 +56,7 @@ class Sea(Base):
         if self.table and (frequencies != sorted({*frequencies}) or len(frequencies) < 2):
             raise ValueError("frequencies of the 'table' must be in ascending order, at least two")
         if self.table and not any(x for _, x in self.table):
-            raise ValueError("the densities of the 'table' are all zero")
+            raise ValueError("the densities of the 'table' are all zero; give one above zero")
         return self
 
 

@@ -93,7 +93,7 @@ def _motion(r: PhraseReader, verb: Verb) -> OrderPhrase:
     ramps = units.ANGULAR_ACCELERATION if turning else units.ACCELERATION
     ramp = _ramp(r, ramps) if not pulls and r.take("ramp") else None
     if isinstance(ramp, SwingRamp) and verb.becomes == "turn":
-        raise r.error("in a turn the hooks move on arcs, where every ramp causes swing: write an acceleration")
+        raise r.error("hooks move on arcs in a turn, so no ramp avoids swing: write only an acceleration after 'ramp'")
     goals = ("to",) if verb.becomes == "turn" else ("by", "to", "until")
     word = r.expect(*goals, after=f"after the {'rate' if verb.becomes == 'turn' else 'speed'}")
     order = OrderPhrase(verb.name, speed, turning, ramp)

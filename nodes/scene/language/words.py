@@ -89,7 +89,7 @@ class PhraseReader(Reader):
 
     def end(self) -> None:
         if self.at < len(self.text):
-            raise self.error(f"the phrase should end before {self._found()}")
+            raise self.error(f"the phrase is complete before {self._found()}; remove the rest")
 
     def error(self, sentence: str, hint: str = "") -> PhraseError:
         return PhraseError(sentence, hint, self.at)

@@ -86,7 +86,7 @@ def dimension_of(text: object) -> Dimension | None:
 def shown_as(value: Value) -> str | float:
     """Return a value as exact text in the form that scenes use; raises ExpressionError if no unit fits."""
     if not math.isfinite(value.number):
-        raise ExpressionError("the result is not a finite number")
+        raise ExpressionError("the result is not a finite number; check the expression")
     if value.exponents == PLAIN:
         return value.number
     if value.exponents not in _units():
@@ -105,7 +105,7 @@ def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
     reader = _Arithmetic(text, lookup)
     value = reader.sum()
     if reader.at < len(text):
-        raise ExpressionError(f"the expression should end before '{reader.rest}'", reader.at)
+        raise ExpressionError(f"add an operator before '{reader.rest}', or remove this part", reader.at)
     return value
 
 
@@ -161,7 +161,7 @@ class _Arithmetic(Reader):
         self.move(found.end())
         if word in FUNCTIONS:
             if not self._take("("):
-                raise ExpressionError(f"a bracket must follow '{word}'", self.at)
+                raise ExpressionError(f"write the values of '{word}' in brackets after it", self.at)
             return self._called(word, at)
         if word == "pi":
             return Value(math.pi)
@@ -174,12 +174,12 @@ class _Arithmetic(Reader):
         """Return the values up to the closing bracket, at most `most` of them."""
         self.depth += 1
         if self.depth > DEEPEST:
-            raise ExpressionError(f"brackets are nested deeper than {DEEPEST} levels", self.at)
+            raise ExpressionError(f"brackets are nested deeper than {DEEPEST} levels; simplify the expression", self.at)
         values = [self.sum()]
         while len(values) < most and self._take(","):
             values.append(self.sum())
         if not self._take(")"):
-            raise ExpressionError("a bracket is not closed here", self.at)
+            raise ExpressionError("a closing bracket ) is missing here", self.at)
         self.depth -= 1
         return values
 
@@ -191,7 +191,7 @@ class _Arithmetic(Reader):
         kinds = {value.exponents for value in values}
         first, exponents = values[0].number, values[0].exponents
         if len(kinds) > 1:
-            raise ExpressionError(f"the values of '{name}' have different dimensions", at)
+            raise ExpressionError(f"the values of '{name}' must all have units of the same kind", at)
         if name in ("min", "max"):
             return Value((min if name == "min" else max)(value.number for value in values), exponents)
         if not all(math.isfinite(value.number) for value in values):

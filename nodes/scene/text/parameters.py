@@ -39,7 +39,7 @@ class Parameters:
             if whole not in self.values:
                 return None
             if whole in self._busy:
-                raise ExpressionError(f"the parameter '{whole}' depends on itself")
+                raise ExpressionError(f"the parameter '{whole}' depends on itself; give it a value without itself")
             raw = self.raw(whole)
             if whole != word:
                 raw = raw[AXES[axis]] if isinstance(raw, list) and len(raw) == len(AXES) else None

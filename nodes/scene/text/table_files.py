@@ -160,8 +160,9 @@ def _weigh(workbook: zipfile.ZipFile, file: str) -> None:
     for part in parts:
         most = next(count for begin, count in MARKS.items() if part.filename.lstrip("/").startswith(begin))
         if workbook.read(part).count(b"<") > most:
-            message = "has more cells, texts or formats than a table of {} rows and {} columns"
-            raise SceneError(f"the table '{file}' {message.format(MOST_ROWS, MOST_COLUMNS)}")
+            raise SceneError(
+                f"the table '{file}' is larger than {MOST_ROWS} rows and {MOST_COLUMNS} columns; divide it"
+            )
 
 
 def _workbook(data: bytes, file: str) -> Iterator[list[TableCell]]:

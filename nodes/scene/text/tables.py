@@ -114,8 +114,10 @@ def _charts(read: SceneTable) -> tuple[list[Data], dict[Path, Mark]]:
     booms = [i for i, column in enumerate(head) if column.key.startswith("boom ")]
     others = [c for c in head if c.unit and not c.key.startswith("boom ") and c.key not in (RADIUS, *SET_UP)]
     if RADIUS not in places or not booms or others:
-        message = f"it has no '{others[0].key}'" if others else f"'{RADIUS} [m]' and columns such as 'boom 24 m [t]'"
-        raise SceneError(f"{file}:{rows[0][0].mark.line - 1 if rows else 1}: the head of a chart: {message}")
+        message = (
+            f"cannot have '{others[0].key}'" if others else f"needs '{RADIUS} [m]' and columns such as 'boom 24 m [t]'"
+        )
+        raise SceneError(f"{file}:{rows[0][0].mark.line - 1 if rows else 1}: the header of a chart {message}")
     found: dict[tuple[str, ...], dict[str, Data]] = {}
     marks: dict[Path, Mark] = {}
     for row in rows:
@@ -242,7 +244,7 @@ def _answers(source: SourceText, base: Path, given: dict[str, Data], key: str) -
             )
         moved = [x for x in kinds if x in heads]
         if lacking := [f"{x} phase" for x in moved if f"{x} phase" not in heads]:
-            raise SceneError(f"{file} has no column '{lacking[0]} [deg]'")
+            raise SceneError(f"{file} has no column '{lacking[0]} [deg]'; add the phases of this motion")
 
         def number(row: list[TableCell], what: str) -> float:
             try:
@@ -288,7 +290,9 @@ def _between(
     """Return the responses interpolated between rows, and the cells of a neighbouring row."""
     if not axes:
         if len(rows) > 1:
-            raise SceneError(f"{file} has several rows for the same wave, such as line {rows[1][2][0].mark.line}")
+            raise SceneError(
+                f"{file} has several rows for the same wave, such as line {rows[1][2][0].mark.line}; keep one"
+            )
         return rows[0][1], rows[0][2]
     axis, rest = axes[0], axes[1:]
     known = sorted({wave[axis] for wave, _, _ in rows})

@@ -46,7 +46,7 @@ def test_an_impossible_placement_of_models_on_hosts_is_refused_before_any_proces
     (tmp_path / "rings.py").write_text(RING)
     for words, message in {
         "--place s9=yard": "--place 's9=yard': there is no node 's9'; the nodes are s0, s1, s2, s3",
-        "--processes x": "Invalid value for '--processes': 'x' is neither a number of processes nor auto",
+        "--processes x": "Invalid value for '--processes': 'x' is not a number of processes; give an integer or auto",
         "--remote yard": "process yard runs on another host, say where it can reach this one: --listen tls/ADDRESS:7447"
         "",
     }.items():

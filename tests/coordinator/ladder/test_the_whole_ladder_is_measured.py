@@ -79,7 +79,7 @@ def test_a_run_with_a_time_limit_reports_settings_that_reproduce_its_digest() ->
 
 @pytest.mark.parametrize(
     ("given", "told"),
-    [({"seconds": "1 ms"}, "the time is too short; this machine needs about"),
+    [({"seconds": "1 ms"}, "the time is too short; this computer needs about"),
      ({"factor": -1.0}, "give a number greater than 0"),
      ({"seconds": "1 s", "rate": 1.0}, "give only one of --within"), ({"seconds": "soon"}, "--within 'soon'")],
 )  # fmt: skip

@@ -107,7 +107,7 @@ def test_estimating_one_input_leaves_all_others_unchanged() -> None:
         ("block.com.w", "there is no 'w'; known: 0, 1, 2"),
         ("cranes.west.at", "there is no 'west'; known: crane"),
         ("name", "is not a quantity"),
-        ("block.mass.x", "'mass' is a quantity and has no 'x'"),
+        ("block.mass.x", "'mass' is a single quantity without a part 'x'"),
         ("rig.sling.WLL", "the scene gives this input no value"),
     ],
 )

@@ -65,7 +65,7 @@ def test_an_operator_may_not_move_a_drive_that_is_controlled_by_a_user_model(fol
     words = OperatorCommand("pusher: drive 6 m/min by 0.1 m", msgpack.encode(Action(orders=(push,))))
     found = play(plan, commands=[TimedCommand(Tag(seconds(4)), encode(words))])
     ((_, answer),) = said(found, OperatorAnswer)
-    assert answer.refused == "pusher is controlled by the model hand and takes no other orders"  # type: ignore[attr-defined]
+    assert answer.refused == "pusher is controlled by the model hand and takes no other orders; leave this order out"  # type: ignore[attr-defined]
 
 
 ACTION = "actions:\n  - pusher: drive 6 m/min by 0.1 m\n"

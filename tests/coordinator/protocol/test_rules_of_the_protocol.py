@@ -157,7 +157,7 @@ def test_the_first_message_of_a_run_is_welcome_and_the_last_is_stop() -> None:
     quiet.hello()
     assert quiet.handle(StopRun(Tag(9))) == Bye()
     for message in (Bye(), hello(3), Fail(Tag(0), "a", "", "")):
-        with pytest.raises(ProtocolError, match=rf"^a does not accept {type(message).__name__.upper()}$"):
+        with pytest.raises(ProtocolError, match=rf"^a does not accept the message {type(message).__name__.upper()}$"):
             node.handle(message)
 
 

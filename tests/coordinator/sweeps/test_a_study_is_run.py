@@ -192,7 +192,7 @@ def test_a_sweep_started_on_the_command_line_runs_its_variants_in_a_process_pool
 @pytest.mark.parametrize(
     ("option", "value", "told"),
     [
-        ("keep", "some", "--keep 'some': keep none, failed, all"),
+        ("keep", "some", "--keep 'some' is not a known choice; choose none, failed, all"),
         ("workers", -1, "--workers: -1 is not a non-negative integer"),
         ("workers", 2.5, "--workers: 2.5 is not a non-negative integer"),
         ("limit", 0.0, "--limit: 0.0 s is out of range"),

@@ -76,7 +76,7 @@ def test_invalid_descriptions_of_systems_are_refused(system, sentence):
         (ONE, {"h_max": 0.0}, "h_max 0 s: the longest step must be positive and finite"),
         (ONE, {"h_max": -1.0}, "h_max -1 s: the longest step must be positive and finite"),
         (ONE, {"h_max": 1e9}, "a step of 1e+09 s has more than 1000000 samples; make the step shorter"),
-        (ONE, {"opt": 9}, "opt 9: the compiler's levels are 0, 1, 2 and 3"),
+        (ONE, {"opt": 9}, "opt 9: choose an optimisation level of the compiler, 0, 1, 2 or 3"),
         (ONE, {"step": 0.0}, "step 0 s: a fixed step must be at least 1e-09 s and finite"),
         (ONE, {"step": nan}, "step nan s: a fixed step must be at least 1e-09 s and finite"),
     ],

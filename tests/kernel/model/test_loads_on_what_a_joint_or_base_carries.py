@@ -118,7 +118,7 @@ def test_guards_on_joint_loads_leave_separate_arms_in_separate_islands() -> None
     ("signal", "message"),
     [
         (ScalarSignal("joint moment"), "a joint moment needs a joint"),
-        (ScalarSignal("starting moment", of="j1"), "a starting moment needs 1 numbers, not 0"),
+        (ScalarSignal("starting moment", of="j1"), "a starting moment needs 1 values in `numbers`, not 0"),
         (ScalarSignal("tipping", numbers=(*BASE, 0.0)), "a tipping needs a point"),
         (ScalarSignal("joint moment", of="j9"), "there is no joint 'j9'"),
     ],

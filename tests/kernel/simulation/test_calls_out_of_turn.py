@@ -112,7 +112,7 @@ def driven(subscribed: frozenset[str] = frozenset()) -> Simulation:
     return started(yard(), subscribed=subscribed)
 
 
-SETTLE = "the simulation was stopped there by an event or a command; call settle() first"
+SETTLE = "an event or a command has stopped the simulation; call settle() first"
 STOP = "the run has advanced since then; call interrupt(t_ns) or fire() before, and settle() after it"
 
 

@@ -213,16 +213,16 @@ def test_the_sampled_value_of_a_signal_is_the_value_at_which_its_threshold_fires
         (ScalarSignal("radius", point=Point("cart")), "a radius needs an origin"),
         (ScalarSignal("off-lead", ropes=("nylon",)), "there is no rope 'nylon'"),
         (ScalarSignal("off-lead"), "an off-lead needs a rope"),
-        (ScalarSignal("gap", point=Point("cart"), origin=Point("world")), "a gap needs 6 numbers, not 0"),
+        (ScalarSignal("gap", point=Point("cart"), origin=Point("world")), "a gap needs 6 values in `numbers`, not 0"),
         (ScalarSignal("wind", of="breeze"), "there is no wind or other force 'breeze'"),
         (
             ScalarSignal("moment", ropes=("fall",), point=Point("load"), origin=Point("world")),
-            "a moment needs a chart",
+            "the empty hook, then a chart",
         ),
         (ScalarSignal("use", ropes=("fall",)), "a utilisation needs a limit for each of 1 ropes, not 0"),
         (
             ScalarSignal("use by place", ropes=("fall",), point=Point("load"), numbers=(1.0, 0.0, 2.0, 0.0)),
-            "needs a chart",
+            "offset of the load, then pairs",
         ),
     ],
 )

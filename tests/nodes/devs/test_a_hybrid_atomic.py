@@ -142,12 +142,15 @@ class Odd(Cooling):
 @pytest.mark.parametrize(
     ("model", "sentence"),
     [
-        (Odd("m", lambda x: (1.0, 2.0)), "flow() returned 2 numbers for a state of 1"),
+        (Odd("m", lambda x: (1.0, 2.0)), "flow() returned 2 rates for a state of 1"),
         (Odd("m", lambda x: (x[0] ** 2 * 1e3,)), "the flow cannot be integrated from"),
         (Odd("m", lambda x: (-1.0,), lambda x: (x[0],) * (1 + (x[0] < 0.5))), "guards() returned 1 numbers, then 2"),
         (Odd("m", lambda x: (-1.0,), lambda x: (x[0] if x[0] > 0.5 else nan,)), "guards() returned (nan,) at (0.4"),
         (Odd("m", lambda x: (-1e7 * (x[0] - 2.0),)), "the flow from (1.0,) needs more than 1000 steps for 0.0002"),
-        (Odd("m", lambda x: (1.0,), start=float("nan")), "go(nan,): the state must be finite numbers"),
+        (
+            Odd("m", lambda x: (1.0,), start=float("nan")),
+            "go() was called with (nan,): the state must consist of finite numbers",
+        ),
     ],
 )
 def test_a_hybrid_model_whose_equations_cannot_be_integrated_is_reported(

@@ -158,7 +158,7 @@ def test_a_faulty_fmu_is_reported_with_the_name_of_its_file(unit, tmp_path: Path
         Fmu("p", other, ms(1), ["x"])
     with pytest.raises(ModelError, match=r"^p: Spring.fmu has no variable z; it has f, x, steps, m$"):
         Fmu("p", unit[0], ms(1), ["z"])
-    with pytest.raises(ModelError, match="must be an int > 0 in ns"):
+    with pytest.raises(ModelError, match="must be a positive int in ns"):
         Fmu("p", unit[0], 0.01, ["x"])  # type: ignore[arg-type]
     for name, sentence in {
         "g": "Spring.fmu has no variable g",

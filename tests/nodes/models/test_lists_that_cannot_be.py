@@ -111,7 +111,7 @@ def test_a_wait_beyond_its_timeout_ends_the_run_with_a_one_sentence_error() -> N
     second = Action(when=taut(*SLINGS[:2]), where=LINE, timeout=60.0, orders=())
     assert fails(turnover(first, second), *events("taut", 30.0, SLINGS[0])) == (
         f"(60 s, 0): still waiting for all of 2 slings taut (loader-1.sling-2 is slack) since 0 s, "
-        f"{LINE}: timeout of 60 s"
+        f"{LINE}: the timeout of 60 s has passed"
     )
 
 

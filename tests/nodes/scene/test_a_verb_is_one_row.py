@@ -43,7 +43,7 @@ def test_every_verb_of_orders_is_in_the_documented_grammar() -> None:
 
 def test_a_recorded_plan_that_contains_an_unknown_verb_is_refused() -> None:
     order = {"type": "move", "verb": "fly", "model": "m", "actuator": "a", "speed": 1.0, "accel": 1.0}
-    with pytest.raises(msgspec.ValidationError, match="no drive or winch can fly"):
+    with pytest.raises(msgspec.ValidationError, match="'fly' is not a motion of a drive or winch"):
         msgspec.convert(order, actions.Move)
 
 

@@ -68,8 +68,12 @@ def test_a_workbook_and_a_csv_file_give_the_same_load_chart(tmp_path: Path) -> N
         ("8,10,7,20", "8,10,7,twenty", r"charts\.csv:3:8"),
         ("8,10,7,20", "x,10,7,20", r"charts\.csv:3:1"),
         ("8,20,7,25", "8,heavy,7,25", r"heavy"),
-        ("radius [m]", "reach [m]", r"charts\.csv:1: the head of a chart: it has no 'reach'"),
-        ("boom 20 m [t],boom 30 m [t]", "a,b", r"charts\.csv:1: the head of a chart: 'radius \[m\]' and columns"),
+        ("radius [m]", "reach [m]", r"charts\.csv:1: the header of a chart cannot have 'reach'"),
+        (
+            "boom 20 m [t],boom 30 m [t]",
+            "a,b",
+            r"charts\.csv:1: the header of a chart needs 'radius \[m\]' and columns",
+        ),
     ],
 )
 def test_faults_in_a_load_chart_file_are_reported_with_file_and_row_and_column(

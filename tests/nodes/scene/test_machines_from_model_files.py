@@ -178,7 +178,7 @@ def test_a_recorded_scene_runs_without_its_model_file(tmp_path):
 @pytest.mark.parametrize(
     ("model", "scene", "sentence"),
     [
-        ("<mujoco><worldbody>", MACHINE, "model.xml:1:1: error: machines.arm.from: this is not XML: no element found"),
+        ("<mujoco><worldbody>", MACHINE, "model.xml:1:1: error: machines.arm.from: the file is not valid XML:"),
         ("<mujoco><worldbody>\n<bodi/></worldbody></mujoco>", MACHINE, "model.xml:2:1: error: machines.arm.from: XML"),
         ('<mujoco><include file="../other.xml"/></mujoco>', MACHINE, "'other.xml' is outside of the scene's folder"),
         ("<mujoco/>", SCENE + "machines: {{arm: {{from: model.txt}}}}\n", "'model.txt' is not a .urdf, .xml or .mjcf"),

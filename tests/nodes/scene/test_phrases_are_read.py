@@ -45,7 +45,7 @@ CONDITIONS = {
 WRONG = {
     "hoist 3 m/min bye 2 m": (14, "after the speed 'by' or 'to' or 'until' must follow, not 'bye'"),
     "hoist": (5, "the phrase ends where a speed is expected"),
-    "hoist 3 m/min by 2 m now": (21, "the phrase should end before 'now'"),
+    "hoist 3 m/min by 2 m now": (21, "the phrase is complete before 'now'; remove the rest"),
     "hoist 3 m/min until taut": (20, "'taut' needs to know of what"),
     "turn 0.15 deg/s by 90 deg": (16, "after the rate 'to' must follow, not 'by'"),
     "hook C1": (5, "after 'hook' '[' must follow, not 'C1'"),

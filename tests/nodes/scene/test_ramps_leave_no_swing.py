@@ -155,7 +155,7 @@ def test_swing_free_ramps_of_a_load_without_swing_period_are_reported() -> None:
     with pytest.raises(SceneError, match="no length is known for this ramp, write an acceleration: still waiting for"):
         parse(late)
     turn = "actions[5].block=turn 0.15 deg/s ramp one swing to 90 deg"
-    with pytest.raises(SceneError, match="in a turn the hooks move on arcs"):
+    with pytest.raises(SceneError, match="hooks move on arcs in a turn"):
         load("turnover", [turn])
 
 

@@ -32,7 +32,7 @@ def test_settings_change_the_parameters_of_expressions_in_a_scene():
         ("=2*haf", "block.mass: there is no parameter 'haf'"),
         ("=half + span", "block.mass: kg and m cannot be added or subtracted"),
         ("=span", "block.mass: '40.0 m' is not a valid mass"),
-        ("=half*(1 + 2", "block.mass: a bracket is not closed here"),
+        ("=half*(1 + 2", "block.mass: a closing bracket ) is missing here"),
     ],
 )
 def test_mistakes_in_arithmetic_expressions_of_a_scene_are_reported_with_file_and_line_and_key(

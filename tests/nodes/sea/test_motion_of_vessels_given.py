@@ -10,9 +10,11 @@ import pytest
 from heavylift.coordinator.ladder import Ladder, ModelLevel, at_level
 from heavylift.coordinator.record import play
 from heavylift.coordinator.run import run
+from heavylift.kernel import KernelError, SceneError
 from heavylift.kernel.description import Load
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
+from heavylift.nodes.models.levels.motion_given import STEP
 from heavylift.nodes.plan import Fidelity, Plan
 from heavylift.nodes.scene import LoadedScene, load, parse
 from test_hulls_in_waves import answer, hull, scene
@@ -153,3 +155,45 @@ def test_a_lift_runs_in_a_scene_that_gives_the_motion_of_its_vessel(tmp_path: Pa
     result = run(given, tmp_path / "moored.mcap", in_process=True)
     assert result.verdict.state != "red"
     assert result.energy_error < 0.01
+
+
+def test_a_vessel_of_given_motion_takes_no_heavy_load() -> None:
+    """10 % of its displacement: on the free vessel the lift is allowed."""
+    heavy = ["block.mass=1400 t", "vessels.barge.mass=12496 t"]
+    load("moored", heavy)
+    with pytest.raises(
+        SceneError, match=r"fidelity.water: a load of 14\d\d(\.\d+)? t is more than 2% of its displacement"
+    ):
+        load("moored", [*heavy, "fidelity={water: motion given}"])
+
+
+ROWS = "[[0 deg, 1, 0, 0], [90 deg, 0, 1, 0], [180 deg, -1, 0, 0]]"
+STREAM = f"{{area: 400 m2, length: 110 m, height: 2 m, coefficients: {ROWS}}}"
+FENDER = (
+    "fenders={quay: {at: [0, -16 m, 0], meets: [0, -16 m, 0], stiffness: 4 MN/m, vessel: barge, facing: [0, 1, 0]}}"
+)
+
+
+def test_what_does_not_move_a_vessel_of_given_motion_is_listed_as_not_checked() -> None:
+    acting = [f"vessels.barge.floating.{of}={STREAM}" for of in ("current", "wind")]
+    ends = "start: {body: world, at: [0, 40 m, 0]}, end: {body: barge, at: [0, 16 m, 0]}"
+    acting.append("mechanism.forces.tug={type: load, body: barge, force: [0 kN, 100 kN, 0 kN]}")
+    acting.append(
+        f"mechanism.forces.dolphin={{type: spring, {ends}, rest: 24 m, stiffness: 1 MN/m, damping: 1 MN s/m}}"
+    )
+    acting.append(f"mechanism.forces.hawser={{type: spring, {ends}, rest: 24 m, stiffness: 1 MN/m}}")
+    acting += ["current={speed: 1 m/s, heading: 90 deg}", "wind={speed: 8 m/s, direction: [0, 1, 0]}", FENDER]
+    for level, want in (("memory", set[str]()), ("motion given", {"current", "wind", "fenders", "tug", "dolphin"})):
+        rows = load("moored", [*acting, f"fidelity={{water: {level}}}"]).plan.limits
+        found = [x for x in rows if x.note == "does not move it: its motion is given"]
+        assert {x.subject for x in found} == {f"{of} on barge" for of in want}
+        assert all(x.value is None for x in found)
+
+
+def test_a_line_that_hangs_vertically_is_refused_at_all_levels() -> None:
+    ends = "start: {body: world, at: [%s m, 0, -60 m]}, end: {body: barge, at: [0, 0, -4 m]}"
+    line = f"{{type: mooring line, {ends}, length: 56 m, EA: 600 MN, mass: 130 kg/m, seabed: false}}"
+    for x, level in ((0.0, "memory"), (0.0, "motion given"), (STEP, "motion given")):
+        changes = [f"mechanism.forces.tether={line % x}", f"fidelity={{water: {level}}}"]
+        with pytest.raises(KernelError, match="'tether': length fits no catenary"):
+            Simulation(system(load("moored", changes).plan), 1e-8)

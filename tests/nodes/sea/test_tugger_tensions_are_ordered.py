@@ -105,6 +105,22 @@ def test_impossible_orders_to_a_tugger_line_are_refused_in_one_sentence(orders: 
         scene(orders, rate=rate)
 
 
+@pytest.mark.parametrize("order", ["release", "unhook"])
+def test_a_line_that_was_released_is_not_ordered_to_pull(order: str) -> None:
+    with pytest.raises(SceneError, match=r"'port' was released by an earlier order"):
+        scene(f"  - {{stage: let go, port: {order}}}\n{PULL}")
+
+
+@pytest.mark.parametrize(("given", "good"), [("tension: 7 kN", True), ("breaking: 60 kN, factor: 2", False)])
+def test_a_stated_limit_of_a_line_is_not_above_its_capacity(given: str, good: bool) -> None:
+    text = f"{text_of()}limits: {{ropes: {{port: {{{given}, source: a certificate}}}}}}\n"
+    if good:
+        parse(text)
+    else:
+        with pytest.raises(SceneError, match=r"scene.yaml:\d+:\d+: .*30 kN is more than the 7 kN of the line itself"):
+            parse(text)
+
+
 def test_a_run_with_ordered_tensions_is_reproduced_from_its_recording(tmp_path: Path) -> None:
     (tmp_path / "tugged.yaml").write_text(text_of())
     done = CliRunner().invoke(app, ["run", str(tmp_path / "tugged.yaml"), "-o", str(tmp_path / "run.mcap")])

@@ -342,11 +342,11 @@ def test_drift_coefficients_given_for_two_hulls_together_and_not_for_each_are_re
 ) -> None:
     given = drift_of(drifts(tmp_path / "two.8", (1, 2, 6)), RHO * 9.81, 10.0)
     with pytest.raises(
-        SceneError, match=r"two.8: the data need the drift of each of two hulls, modes 1 to 12 of NAME.9"
+        SceneError, match=r"two.8: the file must contain the drift of each of two hulls, modes 1 to 12 of NAME.9"
     ):
         with_drift(pair, *given, "two.8")
     given = drift_of(drifts(tmp_path / "two.9", (1, 2, 6, 7, 8, 12)), RHO * 9.81, 10.0)
-    with pytest.raises(SceneError, match=r"two.9: the data need the drift of a single hull"):
+    with pytest.raises(SceneError, match=r"two.9: the file must contain the drift of a single hull"):
         with_drift(msgspec.structs.replace(pair, beside=None), *given, "two.9")
 
 

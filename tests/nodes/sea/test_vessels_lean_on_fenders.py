@@ -179,6 +179,12 @@ def test_a_vessel_behind_the_plane_of_a_fender_face_but_beside_the_face_gives_a_
     assert misses(sized(at, push="0 kN")) == [missed] * 2
 
 
+@pytest.mark.parametrize("at", [(1.5, -4.05, 0.0), (0.0, -3.0, -0.6), (-1.5, -4.0, 0.2)])
+def test_a_vessel_that_begins_at_the_edge_of_a_fender_face_is_refused(at: tuple[float, float, float]) -> None:
+    with pytest.raises(SceneError, match=r"fenders.fore.size: 'barge' begins at the edge of the face"):
+        sized(at)
+
+
 def test_a_barge_that_drifts_along_the_quay_beyond_its_fenders_gives_a_red_verdict() -> None:
     """Pushed along with 2 MN against a mooring of 1 kN/m, it passes the edge after sqrt(2 x 1.5 m x mass / 2 MN)."""
     of = sized((0.0, -4.075, 0.0), along="2000 kN", end="8 s")

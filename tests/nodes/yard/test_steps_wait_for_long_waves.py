@@ -139,6 +139,7 @@ def test_hours_whose_waves_are_longer_than_all_periods_of_a_limit_are_counted_in
         ("{6 s: 1 m, 8 s: 0 m}", "Hs [m],Tp [s],from [deg]", "write a height above 0"),
         ("1 m, from: north", "Hs [m],Tp [s],from [deg]", "is not a valid sector"),
         ("1 m, from: 0..90 deg", "Hs [m],Tp [s],wind [m/s]", "the sea has no directions"),
+        ("1 m, from: 90..90 deg", "Hs [m],Tp [s],from [deg]", "a sector without width"),
         ("1 m", "Hs [m],Tp [m],from [deg]", "sea.csv:2"),
         ("1 m", "Hs [m],Tz [s],from [deg]", "the columns are"),
     ],

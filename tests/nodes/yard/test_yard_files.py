@@ -105,7 +105,7 @@ def test_durations_of_yard_files_are_read(text, mean_h):
         ("yard.yaml", "works: day", "works: dawn", r"there is no shift 'dawn'"),
         ("yard.yaml", "days: mon-fri", "days: someday", r"yard.yaml:5:\d+: error: .*not a day of the week"),
         ("yard.yaml", "08:00-12:00", "8-12", r"'8-12' is not a valid shift"),
-        ("yard.yaml", "2027-01-20..2027-01-21", "2027-01-20..2057-01-21", r"this calendar has no working day"),
+        ("yard.yaml", "2027-01-20..2027-01-21", "2027-01-20..2057-01-21", r"the calendar has no working time"),
         ("yard.yaml", "minimum slack", "minimal slack", r"there is no rule 'minimal slack'"),
         ("yard.yaml", "B2: 2027", "B7: 2027", r"there is no block 'B7'"),
         ("yard.yaml", "from: blocks.csv", "from: other.csv", r"there is no table 'other.csv'"),

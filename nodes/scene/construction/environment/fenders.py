@@ -12,6 +12,7 @@ from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.text.faults import closest
 
 FENDERS = "fenders"
+EDGE = 1e-6  # [m]
 THICKEST = 2.0  # [m] to which a fender without a capacity yields: large pneumatic ones (ISO 17357) by 60 % of 3.3 m
 
 
@@ -40,7 +41,11 @@ def fenders_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
         R, p = at[support.on][1], at[support.on][0]
         *beside, depth = (R.T @ (p - kinematics.place(support.point, at))).tolist()
         name, given = support.name, scene.fenders[support.name]
-        if any(abs(w) > size / 2 for w, size in zip(beside, given.size or (), strict=False)):
+        over = max((abs(w) - size / 2 for w, size in zip(beside, given.size or (), strict=False)), default=-THICKEST)
+        if abs(over) < EDGE:
+            message = f"'{given.vessel}' begins at the edge of the face, so it is open whether they meet"
+            source.fault((FENDERS, name, "size"), message, "give a larger face, or move one of them")
+        if over > 0.0:
             continue
         most = given.capacity / given.stiffness if given.capacity else THICKEST
         if depth > most:

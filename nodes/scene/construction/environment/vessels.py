@@ -105,9 +105,9 @@ def afloat(builder: SceneBuilder, built: list[plan.Mechanism], around: System) -
         given = builder.scene.vessels.get(machine.name)
         if given is not None:
             weighed = _standing(builder, machine.name, around)
-            if given.floating is None:
+            if given.floating is None or builder.scene.fidelity.water == "motion given":
                 _check_load(builder, machine.name, sum(mass for mass, _ in weighed[0]), built)
-            else:
+            if given.floating is not None:
                 forces = _water(builder, machine.name, given, given.floating, [*weighed[0], *weighed[1]])
                 machine = msgspec.structs.replace(machine, system=replace(machine.system, forces=forces))
         out.append(machine)
@@ -156,7 +156,9 @@ def _check_load(builder: SceneBuilder, name: str, displacement: float, built: li
             f"a load of {load / 1e3:.6g} t is more than {MOST:.0%} of its displacement of {displacement / 1e3:.6g} t"
         )
         message += ", so its motion would not stay as it is given"
-        builder.source.fault(("vessels", name, "motion"), message, "write 'motion: forces', or take a larger vessel")
+        free = scene.vessels[name].floating is not None
+        remedy = "leave 'water: motion given' out" if free else "write 'motion: forces', or take a larger vessel"
+        builder.source.fault(("fidelity", "water") if free else ("vessels", name, "motion"), message, remedy)
 
 
 def _water(
