@@ -65,7 +65,7 @@ def undamped(mechanics: System) -> bool:
 
 @dataclass(frozen=True)
 class ModelLevel:
-    """A model level together with an integration method and its time steps: a candidate in the choice of a model level."""
+    """A model level together with integration method and time steps: a candidate in the choice of a model level."""
 
     plan: Plan
 
