@@ -33,7 +33,10 @@ THIRD = 3.0  # of what twice the distance of samples changes, they leave open: e
 
 
 class AskedFigure(NamedTuple):
-    """A single result number of a run, such as a peak tension, with its unit and its reading error due to sampling."""
+    """A single result number of a run, such as a peak tension, with its unit and its reading error due to sampling.
+
+    `asked`: whether it is large enough to count; one that does not is compared with runs in which it counts.
+    """
 
     name: str
     quantity: Asked
@@ -41,6 +44,7 @@ class AskedFigure(NamedTuple):
     value: float
     scale: float
     misread: float = 0.0
+    asked: bool = True
 
 
 @dataclass(frozen=True)
@@ -187,8 +191,9 @@ def _swings(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
             message = f"swing of {name} in '{span.name}'"
             hidden, most = unseen(shown.t, x, shown.speeds.get(name), span), max(scale, s.amplitude)
             yield AskedFigure(f"{message}, amplitude", "swing", unit, s.amplitude, most, hidden)
-            if s.period and s.amplitude >= scale:
-                yield AskedFigure(f"{message}, period", "swing", "s", s.period, s.period, hidden / most * s.period)
+            if s.period:
+                misread, asked = hidden / most * s.period, s.amplitude >= scale
+                yield AskedFigure(f"{message}, period", "swing", "s", s.period, s.period, misread, asked)
 
 
 def _positions(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:

@@ -52,7 +52,7 @@ class Measuring:
     @property
     def seen(self) -> dict[str, AskedFigure]:
         """All figures of the runs made so far, by name."""
-        return {name: f for read in self._read.values() for name, f in read.items()}
+        return {name: f for read in self._read.values() for name, f in read.items() if f.asked}
 
     def prepare(self, candidate: ModelLevel) -> None:
         """Compile in a separate thread the machine code for a later run, while another run goes on.
@@ -65,6 +65,10 @@ class Measuring:
 
     def figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
         """Return the figures of a run at this model level and time step; raises HeavyliftError if the run failed."""
+        return {name: f for name, f in self.all_figures(candidate).items() if f.asked}
+
+    def all_figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
+        """Return also the figures of a run that are too small to count."""
         if candidate.key in self._failed:
             raise self._failed[candidate.key]
         if candidate.key not in self._read:
@@ -119,12 +123,13 @@ class Measuring:
     def apart(self, candidate: ModelLevel, other: ModelLevel) -> Errors:
         """Return the relative differences between the figures of two runs, infinite for a figure that only one of them
         has."""
-        mine, others = self.figures(candidate), self.figures(other)
+        mine, others = self.all_figures(candidate), self.all_figures(other)
         return {
             name: abs(mine[name].value - others[name].value) / max(mine[name].scale, others[name].scale)
             # a figure that only one of two runs shows, such as of a rope that carries in one only, is not comparable
             if name in mine and name in others else inf
             for name in {**mine, **others}
+            if any(name in found and found[name].asked for found in (mine, others))
         }  # fmt: skip
 
 

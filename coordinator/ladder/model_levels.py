@@ -111,6 +111,10 @@ class ModelLevel:
             return ModelLevel(msgspec.structs.replace(self.plan, step=0.5 * self.plan.step))
         return ModelLevel(msgspec.structs.replace(self.plan, tolerance=max(FINEST, 0.1 * self.plan.tolerance)))
 
+    def within(self, tolerance: float) -> "ModelLevel":
+        """Return the same model level with a tolerance that is at most this one."""
+        return ModelLevel(msgspec.structs.replace(self.plan, tolerance=min(self.plan.tolerance, tolerance)))
+
     def on(self, level: Fidelity) -> "ModelLevel":
         """Return the same integration method and time steps at another model level."""
         return ModelLevel(at_level(self.plan, level))

@@ -85,5 +85,5 @@ def _ran(task: tuple[bytes, bool]) -> Ran:
 
 
 def _at_the_end(found: Iterable[AskedFigure]) -> list[AskedFigure]:
-    """Return the figures, with positions only at the end of the run."""
-    return [f for f in found if f.quantity != "position" or f.name.endswith("at the end")]
+    """Return the figures that count, with positions only at the end of the run."""
+    return [f for f in found if f.asked and (f.quantity != "position" or f.name.endswith("at the end"))]

@@ -47,42 +47,39 @@ def with_rope_masses(system: System) -> System:
 
 @dataclass(frozen=True)
 class LedEnd:
-    """A rope end on which rope mass exerts an inertia force when a drive moves the other end along a straight line.
+    """A rope end on which rope mass exerts an inertia force when drives move the other end along straight lines.
 
-    `line`, `end`: of the rope, numbered from 0; `slides`: the body that the drive moves in translation; `numbers`: the
-    direction of the motion in axes of the body that slides, and the force on the end per acceleration [kg].
+    `line`, `end`: of the rope, numbered from 0; `mass`: the force on the end per acceleration [kg].
     """
 
     rope: Rope | RigidRope
     line: int
     end: int
     body: str
-    slides: str
-    drive: str
-    numbers: tuple[float, ...]
+    drives: tuple[str, ...]
+    mass: float
+
+
+def straight_drives(system: System, graph: Graph) -> dict[str, tuple[str, list[float]]]:
+    """Return, for each drive along a straight line, the body that it moves and the direction (3,) in axes of that
+    body."""
+    joints = {d.name: graph.joint(d.joint) for d in system.drives}
+    return {
+        name: (link.body.name, (np.array(link.joint.R_CJ) @ np.array(link.joint.axis)).tolist())
+        for name, link in joints.items()
+        if link.joint.kind in STRAIGHT
+    }
 
 
 def led_ends(system: System, graph: Graph) -> Iterator[LedEnd]:
-    """Yield the ends of ropes with mass on which inertia forces act because a drive moves the other end of the rope."""
-    driven = {graph.joint(d.joint).body.name: d.name for d in system.drives}
+    """Yield the ends of ropes with mass on which inertia forces act because drives move the other ends of the ropes."""
+    moving = {body: name for name, (body, _) in straight_drives(system, graph).items()}
     for rope in system.straight_ropes:
         for n, line in enumerate(rope.lines if rope.mass else ()):
             for i, (end, other) in enumerate(((line.a, line.b), (line.b, line.a))):
-                for link in graph.above(other.body) if end.body != WORLD else ():
-                    if link.joint.kind in STRAIGHT and (name := link.body.name) in driven:
-                        axis = np.array(link.joint.R_CJ) @ np.array(link.joint.axis)
-                        numbers = (*axis.tolist(), SHARED * line.share * rope.mass)
-                        yield LedEnd(rope, n, i, end.body, name, driven[name], numbers)
-
-
-def led(end: Array, point: Array, slides: Array, p: Array, acceleration: Scalar) -> tuple[Array, Scalar]:
-    """Return wrench (6,) and power [W] of the inertia force on a rope end whose other end a drive moves.
-
-    `end`, `slides`: bodies (21,) of the end and of the drive; p: numbers of `LedEnd`.
-    """
-    arm, _, v = attachment(end, point)
-    f = np.reshape(slides[:9], (3, 3)) @ p[:3] * (-p[3] * acceleration)
-    return join(cross(arm, f), f), f @ v
+                above = [link.body.name for link in graph.above(other.body)] if end.body != WORLD else []
+                if drives := tuple(moving[name] for name in above if name in moving):
+                    yield LedEnd(rope, n, i, end.body, drives, SHARED * line.share * rope.mass)
 
 
 def not_weighed(weight: Scalar) -> Scalar:

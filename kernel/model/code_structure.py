@@ -43,10 +43,7 @@ def structure(program: Program, *method: object) -> str:
             len(s.masters),
             [(r.winch, r.mass > 0.0, [number(p.body) for p in r.points]) for r in s.rigid_ropes],
             [x.structure for x in p.laws],
-            [
-                (ropes.index(x.rope.name), x.line, x.end, number(x.body), number(x.slides), drives.index(x.drive))
-                for x in p.led
-            ],
+            [(ropes.index(x.rope.name), x.line, x.end, number(x.body), [*map(drives.index, x.drives)]) for x in p.led],
             [(m.kind, of(m), m.axis) for m in s.measured],
             [of_signal(h) for h in s.thresholds],
             [(k.q.start, k.v.start) for k in p.graph.links],

@@ -14,6 +14,8 @@ energy balance of a scene stays closed.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import reduce
+from operator import add
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,8 +23,8 @@ from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named, scope, select
 from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.mechanics import Rope, Threshold
-from heavylift.kernel.forces.force_law import attachment
-from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE, RopeAt, led, not_weighed, pulls_down
+from heavylift.kernel.forces.force_law import attachment, wrench
+from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE, RopeAt, not_weighed, pulls_down
 from heavylift.kernel.forces.table import SharedForce
 
 from .instant import (
@@ -77,8 +79,8 @@ def press_contacts(x: Evaluation) -> None:
     labels = [("contact", s.contact.name) for s in contacts.sites]
     x.heat |= dict(zip(labels, heat, strict=True))
     x.stored |= dict.fromkeys(labels, 0.0)
-    for body, wrench in rows.wrenches() if rows else ():
-        x.push(body, wrench)
+    for body, pull in rows.wrenches() if rows else ():
+        x.push(body, pull)
 
 
 def watch_thresholds(x: Evaluation) -> None:
@@ -149,17 +151,21 @@ def weigh_rigid_ropes(x: Evaluation) -> None:
 
 
 def lead_ropes(x: Evaluation) -> None:
-    """Apply to one end of each rope with mass the inertia force caused by a drive that moves the other end."""
+    """Push the ends of ropes with mass whose other ends drives move."""
+    number = x.program.graph.number
+    accelerations: dict[str, Array] = {}
+    for d in dict.fromkeys(d for end in x.program.led for d in end.drives):
+        R = np.reshape(x.ends[number(x.program.moved_by[d])][:9], (3, 3))
+        accelerations[d] = named(f"a({d})", R @ x.numbers("along", d) * x.references[d][2])
     for n, end in enumerate(x.program.led):
         elastic = isinstance(end.rope, Rope)
         p = x.numbers("rope" if elastic else "rigid", end.rope.name)
         point = p[(ROPE_HEAD if elastic else RigidAt.LINES) + ROPE_LINE * end.line + 3 * end.end :][:3]
-        hooked = p[RopeAt.HOOKED if elastic else RigidAt.HOOKED]
-        acceleration = select(hooked > 0.0, x.references[end.drive][2], 0.0)
-        body, slides = (x.program.graph.number(name) for name in (end.body, end.slides))
-        wrench, power = led(x.ends[body], point, x.ends[slides], x.numbers("led", str(n)), acceleration)
-        x.push(body, wrench)
-        x.leading[end.drive] = x.leading.get(end.drive, 0.0) + power
+        arm, _, v = attachment(x.ends[number(end.body)], point)
+        mass = select(p[RopeAt.HOOKED if elastic else RigidAt.HOOKED] > 0.0, -x.numbers("led", str(n))[0], 0.0)
+        x.push(number(end.body), wrench(arm, mass * reduce(add, (accelerations[d] for d in end.drives))))
+        for d in end.drives:
+            x.leading[d] = x.leading.get(d, 0.0) + mass * (accelerations[d] @ v)
 
 
 def apply_laws(x: Evaluation) -> None:

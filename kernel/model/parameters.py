@@ -12,7 +12,7 @@ from heavylift.kernel.constraints.loop_closures import closure_numbers
 from heavylift.kernel.constraints.row_structure import rigid_numbers
 from heavylift.kernel.description.forces import WaveSum
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.forces.ropes import led_ends
+from heavylift.kernel.forces.ropes import led_ends, straight_drives
 from heavylift.kernel.forces.table import SharedForce, signals
 from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree
@@ -75,8 +75,10 @@ class ParameterLayout:
             put("rigid", rigid.name, rigid_numbers(rigid))
             if rigid.mass:
                 put("weight", rigid.name, [rigid.mass * system.gravity])
-        for n, led in enumerate(led_ends(system, graph)):
-            put("led", str(n), [*led.numbers])
+        for n, led in enumerate(leading := [*led_ends(system, graph)]):
+            put("led", str(n), [led.mass])
+        for name, (_, along) in straight_drives(system, graph).items() if leading else ():
+            put("along", name, along)
         for j in graph.loops:
             put("loop", j.name, closure_numbers(j))
         weight = system.gravity * sum(b.mass for b in system.bodies)

@@ -21,7 +21,7 @@ from heavylift.kernel.description.mechanics import JOINTS, WORLD, Drive, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Poses, SampledQuantity, Setting
 from heavylift.kernel.forces.reeving import check_parallel
-from heavylift.kernel.forces.ropes import led_ends, with_rope_masses
+from heavylift.kernel.forces.ropes import led_ends, straight_drives, with_rope_masses
 from heavylift.kernel.forces.table import SharedForce, shared
 from heavylift.kernel.multibody.continuous_angles import AXES, Label as AngleLabel, turned_at_start
 from heavylift.kernel.multibody.graph import Graph, Link, build_graph
@@ -102,6 +102,7 @@ class Program:
         self.system = with_rope_masses(system)
         self.graph = build_graph(self.system, modes)
         self.led = [*led_ends(self.system, self.graph)]
+        self.moved_by = {name: body for name, (body, _) in straight_drives(self.system, self.graph).items()}
         self._check_loops()
         if self.formulation != "recursive" and (pair := next((b for b in system.bodies if b.shared), None)):
             message = f"body '{pair.name}' shares water, but formulation '{self.formulation}' keeps bodies apart"
@@ -264,7 +265,7 @@ class Program:
         bodies = [p.body for x in s.laws for p in x.points] + [m.of for m in s.measured if m.kind == "angle"]
         bodies += [point.body for h in s.thresholds for point in quantity_points(h, s)]
         bodies += [h.of for h in s.thresholds if h.quantity == "angle"]
-        bodies += [body for x in self.led for body in (x.body, x.slides)]
+        bodies += [body for x in self.led for body in (x.body, *(self.moved_by[d] for d in x.drives))]
         used = {number(b) for b in bodies} | set(self.constraints.bodies)
         kinds: dict[str, SharedTree] = {}
         out = []

@@ -178,18 +178,19 @@ class _Drawing:
         stage = next((name for at, name in reversed(self._stages) if at <= self.times[i]), self._scene)
         return f"{stage}, {clock(self.times[i])}"
 
-    def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
-        """Return instant i as seen along the x axis: faces (4, 2), farthest first, colours, rope lines (n, 2, 2)."""
+    def seen(self, i: int) -> tuple[Floats, list[Any], Floats]:
+        """Return instant i as seen along the x axis: faces (n, 4, 2), farthest first, colours, rope lines (n, 2, 2)."""
         faces = [(*face, colour) for far, flat, colour in self._faces for face in zip(far[i], flat[i], strict=True)]
         faces.sort(key=lambda face: -face[0])
-        return [f[1] for f in faces], [f[2] for f in faces], self._ropes[i][:, :, 1:]
+        flats = np.array([f[1] for f in faces]).reshape(-1, 4, 2)  # an array, as Matplotlib checks each one of a list
+        return flats, [f[2] for f in faces], self._ropes[i][:, :, 1:]
 
     def draw(self, ax: Axes, i: int) -> tuple[PolyCollection, LineCollection, Text]:
         """Draw one instant: faces, ropes, and title."""
         from matplotlib.collections import LineCollection, PolyCollection
 
         faces, colours, lines = self.seen(i)
-        bodies = PolyCollection(faces, facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.3)
+        bodies = PolyCollection(faces, facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.3)  # type: ignore[arg-type]
         ropes = LineCollection(list(lines), colors="0.15", linewidths=0.8)
         ax.add_collection(bodies)
         ax.add_collection(ropes, autolim=False)
@@ -203,9 +204,9 @@ class _Drawing:
         return bodies, ropes, ax.set_title(self.title(i), fontsize=9, loc="left", y=1.0)
 
 
-def _framed(faces: list[Floats], lines: Floats) -> Floats:
+def _framed(faces: Floats, lines: Floats) -> Floats:
     """Return the points (n, 2) that a picture must show; mooring lines below all bodies may run out of it."""
-    bodies, ends = np.concatenate([np.empty((0, 2)), *faces]), lines.reshape(-1, 2)
+    bodies, ends = faces.reshape(-1, 2), lines.reshape(-1, 2)
     return np.concatenate([bodies, ends[ends[:, 1] >= bodies[:, 1].min(initial=np.inf)] if len(bodies) else ends])
 
 

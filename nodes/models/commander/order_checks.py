@@ -22,6 +22,8 @@ from .turn_law import followers
 class Machines:
     """The machines of a plan, indexed for checking orders: owners of actuators, and rigging."""
 
+    __fixed__ = True  # as the plan
+
     def __init__(self, plan: Plan) -> None:
         self.plan, self.parts = plan, plan.machines
         self.owners = owners(self.parts, plan.interlocks)

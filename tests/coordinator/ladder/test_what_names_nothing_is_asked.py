@@ -80,7 +80,7 @@ class Falling(Measuring):
     def error(self, name: str, candidate: ModelLevel) -> float:
         return float(self.sizes[name] * candidate.plan.tolerance ** self.orders[name])
 
-    def figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
+    def all_figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
         return {x: AskedFigure(x, "swing", "m", 1.0 + self.error(x, candidate), 1.0) for x in self.orders}
 
 

@@ -3,7 +3,7 @@ fender exerts no force."""
 
 from math import sqrt
 
-from heavylift.kernel.algebra.dense import cross, norm
+from heavylift.kernel.algebra.dense import cross, norm, product
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Matrix, Point, Support, System, Vector, merge
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
@@ -39,7 +39,8 @@ def fenders_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
     closed = []
     for support in made.supports:
         R, p = at[support.on][1], at[support.on][0]
-        *beside, depth = (R.T @ (p - kinematics.place(support.point, at))).tolist()
+        r = (p - kinematics.place(support.point, at)).tolist()
+        *beside, depth = product(R.T.tolist(), r)
         name, given = support.name, scene.fenders[support.name]
         over = max((abs(w) - size / 2 for w, size in zip(beside, given.size or (), strict=False)), default=-THICKEST)
         if abs(over) < EDGE:
