@@ -64,7 +64,7 @@ class JoinRequest(msgspec.Struct, frozen=True):
 
 
 class JoinReply(msgspec.Struct, frozen=True):
-    """Reply to a join request: the run id, a ticket (without a password), or the reason for a refusal."""
+    """Reply to a join request: the run id, a ticket whose password is empty, or the reason for a refusal."""
 
     ticket: Ticket | None
     refusal: str = ""

@@ -49,7 +49,7 @@ class Pace:
         return after(first, self.ahead) if first < FOREVER else FOREVER
 
     def wait(self, first: Tag) -> float:
-        """Return the wall time [s] to wait until `first` may be granted, always 0 without a clock."""
+        """Return the wall time [s] until the events at the logical time `first` are due: 0 without a clock."""
         return 0.0
 
     def rest(self, alarm: Alarm, seconds: float) -> None:

@@ -139,12 +139,12 @@ class _Search:
         return _Outlook(scene, begins, begins[last] if last < len(begins) else scene.statics.states[-1].t)
 
     def variant(self, parts: Mapping[TimingStep, float]) -> LoadedScene:
-        """Return the scene with each timing change applied to its given fraction, at the present model level."""
+        """Return the scene at the present model level with timing changes, of each the fraction (0 to 1) in `parts`."""
         found, answer = parse(self.written(parts), str(self.scene.path), passing=True), self.scene.answer
         return answered(found, answer) if answer else found
 
     def written(self, parts: Mapping[TimingStep, float]) -> str:
-        """Return the text of the scene with each timing change applied to its given fraction."""
+        """Return the text of the scene with timing changes, of each the fraction (0 to 1) in `parts`."""
         source, texts = read(self.text, str(self.scene.path)), dict[Path, str]()
         for step, part in parts.items():
             for path in step.paths if part else ():

@@ -60,7 +60,7 @@ def hanging(scene: LoadedScene) -> "list[CoupledPair]":
 
 
 def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadder:
-    """Return the trade-off of a scene with the measured costs of running it in several processes added."""
+    """Measure what it costs to run a scene in several processes; return `measured` with these costs added."""
     scene = chosen(scene)
     rows = distributed(scene)
     forces = [held(pair, h, rows[0].simulated_s) for pair in hanging(scene) for h in EXCHANGES]

@@ -39,7 +39,9 @@ class SideBySide:
         self._pool: ThreadPoolExecutor | None = None
 
     def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
-        """Run all tasks in parallel, and `pause` in the calling thread; raise the first failed task's exception."""
+        """Run all tasks in parallel; raise the first failed task's exception.
+
+        The calling thread calls `pause` at short intervals until all tasks have ended."""
         if len(tasks) < 2 or self._threads < 2:
             for task in tasks:
                 task(pause)

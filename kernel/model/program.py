@@ -223,7 +223,7 @@ class Program:
 
     @cached_property
     def axial(self) -> list[int]:
-        """For each number of the axial loads `Evaluation.axial`, the link number of the flexible body that it loads."""
+        """For each entry of the list `Evaluation.axial` of axial loads, the link number of the loaded flexible body."""
         number = self.graph.number
         return [number(k.body.name) for k, on, _ in self.compressible for _ in range(3 * (2 + len(on)))]
 

@@ -57,7 +57,7 @@ class _Sea:
         self._knots: dict[int, Knot] = {}  # the last two
 
     def piece(self, epoch_ns: int, now_ns: int) -> np.ndarray:
-        """Return start and coefficients (n, 5) of the cubic polynomials in time that represent n waves at a time."""
+        """Return the cubic polynomials of n waves valid at time `now_ns`: start [s] and four coefficients (n, 5)."""
         k = now_ns // self.length
         self._knots = {i: self._knots.get(i) or self._knot(i) for i in (k, k + 1)}
         (x, dx), (y, dy) = self._knots[k], self._knots[k + 1]

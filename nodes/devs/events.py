@@ -143,7 +143,7 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
 
     @classmethod
     def of(cls, t: int, k: int, source: str, port: str, index: int, value: Message) -> Self:
-        """Return an event that carries a message as its receivers decode it (see `ports.travelling`)."""
+        """Return an event with a message that encoding and decoding would not change (see `ports.travelling`)."""
         # declared as bytes, which is what a decoder makes; the encoders' hook turns this into bytes
         return cls(t, k, source, port, index, type(value).__name__, cast(bytes, Passed(value)))
 

@@ -53,7 +53,7 @@ def test_weights_and_reactions_in_a_report_are_in_balance(printed: dict[str, lis
             assert row["as a mass"] == pytest.approx(row["largest load"] / G, rel=HAND)
 
 
-def test_the_load_on_a_lug_in_a_report_is_the_sling_tension_along_the_axes(
+def test_the_load_on_a_lug_in_a_report_is_the_sling_tension_resolved_along_the_axes_of_the_block(
     printed: dict[str, list[dict[str, Any]]],
 ) -> None:
     """One sling on each lug: the same force; its angle to the vertical gives the vertical part of an upright block."""

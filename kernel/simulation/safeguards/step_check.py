@@ -221,7 +221,7 @@ class EnergyCheck:
             self._native.notes.append(Note(round(t * 1e9), message))
 
     def fine(self, rows: np.ndarray) -> bool:
-        """Return whether all sample rows (n, columns) are in energy balance; if so, add their energies."""
+        """Return whether energy is balanced in all sample rows (n, columns); if so, add these rows to the balance."""
         if self.balance.strict:
             self.see(rows)
             return True

@@ -45,8 +45,9 @@ def followers(
         _, kc, ks = found.setdefault(drive, trolley).law
         if abs(kc - v) > SAME or abs(ks - w) > SAME:
             raise OrderRejected(
-                f"the hooks on {hook.on} hold lugs at different places of the block, v, w = {kc:g}, {ks:g} m and "
-                f"{v:g}, {w:g} m from its centre of mass; one trolley cannot follow both in a turn"
+                f"the hooks on {hook.on} hold lugs at different places of the block: those of {hook.rope} lie {v:g} m "
+                f"from its centre of mass along its axis v and {w:g} m along w, those of another hook {kc:g} m and "
+                f"{ks:g} m; one trolley cannot follow both in a turn"
             )
         found[hook.rope] = Follow(model=machine.name, actuator=hook.rope, master=master, law=(0.0, -w, v))
     if not found:

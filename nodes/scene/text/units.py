@@ -102,7 +102,7 @@ class Dimension:
         return _product(written, self.units[unit])
 
     def show(self, si: float) -> str:
-        """Return a value in SI units as text, in the dimension's first unit."""
+        """Return a value as text in the first unit of `units`; `si`: the value in SI units."""
         unit, factor = next(iter(self.units.items()))
         return f"{si / float(factor):.10g} {unit}".strip()
 

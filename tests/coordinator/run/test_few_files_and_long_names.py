@@ -98,7 +98,7 @@ def clock(name: str, port: str) -> Coupled:
 
 
 @pytest.mark.parametrize("length", [60, LONG])
-def test_a_model_with_a_long_name_runs_in_processes_or_is_refused(length: int) -> None:
+def test_a_model_name_of_60_characters_runs_in_processes_and_one_of_300_is_refused(length: int) -> None:
     name = "n" * length
     simulator = Simulator(clock(name, "tick"))
     simulator.start()

@@ -51,7 +51,7 @@ def turned(first: str, second: str, hooks: int, to: float, then: str = "wait: 1 
 
 
 @pytest.mark.parametrize(("first", "second"), HOLDS)
-def test_three_hooks_of_two_unlike_cranes_turn_a_block_to_the_ordered_angle(first: str, second: str) -> None:
+def test_three_hooks_of_two_different_cranes_turn_a_block_to_the_ordered_angle(first: str, second: str) -> None:
     scene = turned(first, second, 2, 8.0)
     _, R = scene.statics.states[-1].poses["block"]
     assert degrees(atan2(R[1][2], R[2][2])) == pytest.approx(8.0, abs=0.5)

@@ -29,7 +29,7 @@ def test_the_four_link_arm_has_its_published_path_matrix():
     assert np.linalg.inv(T).T.round().astype(int).tolist() == C19A["expected"]["T_inv_transpose"]
 
 
-def test_in_each_row_of_the_path_matrix_the_printed_recursion_subtracts_the_first_joints_to_the_right():
+def test_the_published_recursion_for_the_inverse_path_matrix_if_read_literally_subtracts_a_joint_twice():
     """As a running sum the third joint of the arm would be subtracted twice from the first body."""
     T = path_matrix(ARM)
     assert [children_of(T, i) for i in range(4)] == [[1, 2], [], [3], []]

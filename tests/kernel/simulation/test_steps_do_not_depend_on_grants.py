@@ -195,7 +195,7 @@ def test_a_scene_at_rest_takes_no_steps_but_continues_its_samples(period):
     assert times == sorted(times), "rows come in the order of time"
 
 
-def test_samples_closer_than_the_integration_steps_are_complete():
+def test_no_sample_is_missing_if_the_sample_interval_is_shorter_than_the_integration_steps():
     s = started(hung(60.2), sample_ns=200_000)
     s.run(2 * SECOND)
     hand_over(s, 2 * SECOND)

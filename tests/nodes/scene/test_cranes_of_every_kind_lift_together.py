@@ -1,4 +1,4 @@
-"""Several blocks below a crane, rigging beside lifting beams, unlike cranes: shares by statics alone."""
+"""Several blocks below a crane, rigging beside lifting beams, cranes of different types: shares by statics alone."""
 
 import pytest
 from heavylift import simulate
@@ -88,7 +88,7 @@ def test_a_crane_on_rails_lifts_next_to_one_of_another_type() -> None:
     assert rows["tandem load", "hall.main"].value == pytest.approx(100e3 / 1.2)
 
 
-def test_unlike_cranes_on_rails_share_a_block_and_are_derated() -> None:
+def test_two_rail_cranes_of_different_types_share_a_block_and_are_derated() -> None:
     hall = "hall: {type: overhead-100, at: 54 m, span: 150 m, trolley: 70 m, reach: [2 m, 140 m], runway: [0 m, 90 m]}"
     text = BESIDE.replace(hall, "east: {type: goliath-1200, at: 76 m, upper trolley: 70 m}")
     text = (

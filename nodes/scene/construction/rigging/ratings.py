@@ -57,10 +57,10 @@ def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
 
 
 def with_rigging(builder: SceneBuilder, limits: Iterable[RatedLimit]) -> Iterator[RatedLimit]:
-    """Add the mass of slings and shackles, which have no mass in the model, to the limits of loads on hooks and frames.
+    """Yield the limits, with the mass of slings and shackles that is added to each load on a hook or frame.
 
-    There are two shackles for each sling. The mass below a hook is that of the factor sheet or, without one, that known
-    from the gear. Hooks that hold a sling together share its mass."""
+    They have no mass in the model. There are two shackles for each sling. The mass below a hook is that of the
+    factor sheet or, without one, that known from the gear. Hooks that hold a sling together share its mass."""
     scene, of = builder.scene, Counter[str]()
     for item in scene.gear.values():
         for owner, _, what in (at.rpartition(".") for at in item.at):

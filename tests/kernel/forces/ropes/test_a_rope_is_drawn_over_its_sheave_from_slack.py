@@ -32,7 +32,7 @@ def atwood(a: float, b: float, mu: float, speed: float, slack: float = 0.0) -> S
 @pytest.mark.parametrize(("a", "b"), [(10.0, 12.0), (10.0, 10.0), (1.0, 30.0)])
 @pytest.mark.parametrize("mu", [0.05, 0.2])
 @pytest.mark.parametrize("slack", [0.0, 1e-3])
-def test_a_slack_rope_that_becomes_taut_over_its_sheave_slips_from_the_start(
+def test_a_slack_rope_slips_over_its_sheave_from_the_moment_it_becomes_taut(
     a: float, b: float, mu: float, speed: float, slack: float
 ) -> None:
     """Above, a rope that runs with friction: the tensions are in the ratio e^(mu pi) (Euler's capstan)."""
