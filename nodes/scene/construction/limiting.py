@@ -171,8 +171,8 @@ def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
             )
         elif hull and hull.beside and damping and damping.other:
             missing[f"gap damping beside {name}"] = (
-                f"only waves damp another resonance of the water between the hulls, at {damping.other:.3g} rad/s, which "
-                "is then too high"
+                f"only waves damp another resonance of the water between the hulls, at {damping.other:.3g} rad/s, "
+                "which is then too high"
             )
         for subject, note in ((x, y) for x, y in missing.items() if y):
             where = builder.source.where(("vessels", name))
