@@ -194,7 +194,7 @@ def export(
     ] = None,
     force: o.Force = False,
 ) -> None:
-    """Write signals as a table, units in the names.    heavylift export turnover.mcap -o turnover.csv"""
+    """Write signals as a table with units in the column names.    heavylift export turnover.mcap -o turnover.csv"""
     from heavylift.recordings import export as write
 
     typer.echo(f"wrote {write(file, output, signals or [], force)}")

@@ -16,7 +16,7 @@ def run_seeds(
     context: typer.Context, scene: LoadedScene, count: int, seed: int, report: list[Path] | None, force: bool,
     strict: bool, fail_on: str, as_json: bool,
 ) -> None:  # fmt: skip
-    """Run a scene for many random seeds, and print and report the verdict on the quantiles of its results."""
+    """Run a scene for many random seeds, then print and report the verdict on the quantiles of its results."""
     from heavylift.coordinator.sweeps.seeds import replicated
     from heavylift.recordings.sheets.workbook import write
 

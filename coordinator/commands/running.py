@@ -213,7 +213,7 @@ def resume(
     verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
-    """Complete a run that was cut off, checked against its recording.    heavylift resume lift.mcap.part"""
+    """Complete a run that was cut off, and check it against its recording.    heavylift resume lift.mcap.part"""
     from heavylift.coordinator.participants import PRELOAD
     from heavylift.coordinator.supervision.processes import Processes
 

@@ -134,12 +134,12 @@ class Measuring:
 
 
 def added(*errors: Errors) -> Errors:
-    """Return for each figure the sum of several errors."""
+    """Return, for each figure, the sum of its errors in several tables of errors."""
     return {name: sum(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
 def most(*errors: Errors) -> Errors:
-    """Return for each figure the largest of several errors."""
+    """Return, for each figure, the largest of its errors in several tables of errors."""
     return {name: max(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 

@@ -65,7 +65,7 @@ def undamped(mechanics: System) -> bool:
 
 @dataclass(frozen=True)
 class ModelLevel:
-    """A model level together with an integration method and its time steps, as a candidate for a simulation."""
+    """A model level together with integration method and time steps: a candidate in the choice of a model level."""
 
     plan: Plan
 
@@ -169,8 +169,7 @@ class Ladder:
 
     @cached_property
     def whole(self) -> list[Fidelity]:
-        """The model levels that include all effects of the finest one and differ only in the lumps per rope, finest
-        last."""
+        """Model levels with all effects of the finest one; they differ only in the lumps per rope, finest last."""
         finest = self.full[-1]
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
 

@@ -93,7 +93,7 @@ def _fitted(t: Floats, y: Floats, f: float) -> tuple[float, float]:
 
 
 def unseen(t: Floats, x: Floats, speed: Floats | None, span: Span) -> float:
-    """Return an upper estimate of the amplitude, in a stage, of oscillations too fast for the sample rate.
+    """Return an upper bound, in a stage, of the amplitude of oscillations that are too fast for the sample rate.
 
     It is the amplitude, at the Nyquist frequency of the samples, of that part of the RMS speed which the sampled
     positions do not explain.

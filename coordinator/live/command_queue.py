@@ -78,7 +78,7 @@ STOP = "stop"  # in place of the words of a command: the end of the run
 
 
 class QueuedOrder(NamedTuple):
-    """An order in the queue: the encoded RunOrder and a function that receives its replies."""
+    """An order of a client in the queue: the encoded RunOrder, and a function that receives the replies."""
 
     order: bytes
     reply: Callable[[Reply], None]

@@ -32,7 +32,7 @@ EVENTS = "events.journal"
 
 
 class RunEnded(msgspec.Struct, frozen=True):
-    """End of a run: "finished", or "failed" with the reason; simulation time of the end [s]."""
+    """End of a run: "finished", or "failed" with the reason, and the simulation time [s] of the end."""
 
     status: str
     sim_s: float
@@ -103,7 +103,7 @@ def _kinds(type_: type[Message]) -> Iterator[type[Message]]:
 
 
 class OnTheBus:
-    """Publishes samples of a run on the keys sample/<topic>."""
+    """Publishes samples of a run to observers, on the keys sample/<topic>."""
 
     def __init__(self) -> None:
         self._hub: Hub | None = None

@@ -198,7 +198,7 @@ class Tempo:
         return self.limit is None and self.pace.ahead == NEVER
 
     def event(self) -> None:
-        """Record that a committed event was released; this completes a step to the next event."""
+        """Record that a committed event was released; a pending step to the next event is then complete."""
         self._to_event = False
 
     def pause(self, core: OpenCoordinator) -> Tag:

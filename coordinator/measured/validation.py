@@ -53,8 +53,8 @@ class Alignment:
 
 
 def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alignment:
-    """Estimate the clock offset of a log from simulated and measured channels; raises RecordingError if they do not
-    determine it."""
+    """Estimate the clock offset of a log from measured and simulated channels; raises RecordingError if they leave
+    it open."""
     T = model[0][0]
     span = min(T[-1] - T[0], t[-1] - t[0])
     step, reach, window = span / COARSE, SHORTEST * span, WINDOW * span

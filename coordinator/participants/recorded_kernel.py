@@ -88,7 +88,7 @@ class Recalled:
         return msgspec.structs.replace(layout, recalled=recalled, most=self._most.tolist())
 
     def layout(self) -> bytes:
-        """Return the layout of the kernel's samples; it states how many of them are replayed."""
+        """Return the layout of the kernel's samples, which also states how many samples are replayed."""
         return msgspec.msgpack.encode(self._announced(self._sent))
 
     @property

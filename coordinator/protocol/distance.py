@@ -192,7 +192,7 @@ def together(models: Sequence[str]) -> str:
 
 
 class NodeState:
-    """The coordinator's knowledge of a node, in the terms of PROTOCOL.md."""
+    """The coordinator's knowledge of one node, with the names that PROTOCOL.md uses."""
 
     def __init__(self, name: str, rank: int, models: Sequence[str]) -> None:
         self.name, self.rank, self.models = name, rank, frozenset(models)

@@ -18,7 +18,7 @@ from .messages import GrantDone, Hello
 
 
 class Before(NamedTuple):
-    """The state of a node against which its next message is checked."""
+    """The state of a node before its next message, against which this message is checked."""
 
     node: NodeState
     says: Tag = Tag(0)

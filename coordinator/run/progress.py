@@ -179,7 +179,7 @@ def _print_details(result: RunResult) -> None:
 
 
 def print_verdict(verdict: RecordedVerdict) -> None:
-    """Print the verdict, the governing checks, the smallest clearance, and all findings with the most severe first."""
+    """Print the verdict, the governing checks, the smallest clearance, and all findings, the most severe first."""
     styles = {"red": "bold red", "undecided": "bold yellow", "amber": "yellow"}
     _print(f"verdict: {verdict.line}", styles.get(verdict.state, "bold green"))
     for line in governing(verdict.checks):

@@ -63,7 +63,7 @@ def replicate(
     workers: int = 0,
     confidence: float = 0.95,
 ) -> Replications:
-    """Run a DEVS model `count` times in single processes, each time with another random seed.
+    """Run a DEVS model `count` times, each time in one process and with another random seed.
 
     The seeds follow from `seed`. `executor`: any of concurrent.futures, by default a pool of `workers` processes
     (default: all cores); results do not depend on it. Raises HeavyliftError that names the replication, Stopped on

@@ -59,7 +59,8 @@ class _Checking(RunObserver):
         self._last_ns = max([*samples[-1:], *(event.t for event in run.events[-1:])], default=0)
 
     def event(self, event: Event) -> None:
-        """Compare an event with the next recorded one; raises _Deviated at a difference or an incomplete end."""
+        """Compare an event with the next recorded one; raises _Deviated if it differs or an incomplete recording
+        ends."""
         if self.over or (found := self.follower.hear(event)) is None:
             return
         self.over = True  # what has been decided already is still to come

@@ -116,7 +116,7 @@ class Processes(AbstractContextManager["Processes"]):
             self.begin(process)
 
     def begin(self, process: str) -> None:
-        """Start the present process of a node, the first one or a replacement."""
+        """Start the process that a node needs now: its first process or a replacement."""
         assert self._hub is not None, "there is a run"
         module, *arguments = self._commands[process]
         self._order(

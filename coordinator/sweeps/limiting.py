@@ -74,7 +74,7 @@ class FoundLimit:
 
     @property
     def why(self) -> str:
-        """The reason why the run at the first red value is red."""
+        """The reason for the red verdict at the first red value of the varied number."""
         if self.red is None:
             return ""
         row = self.runs[self.red]
@@ -121,8 +121,8 @@ def reason(row: Row) -> str:
 
 
 def askable(scene: LoadedScene) -> list[str]:
-    """Return the names of all numbers that `--all` varies: speeds and accelerations of moves, usual inputs, and
-    uncertain inputs."""
+    """Return the names of all numbers that `--all` varies: speeds and accelerations of moves, and inputs of the
+    scene."""
     names = [*(one.name for one in uncertain_inputs(scene)), *unstated(scene, uncertain_inputs(scene))]
     return [*motions(scene), *dict.fromkeys(x for name in names for x in _numbers(scene, name))]
 

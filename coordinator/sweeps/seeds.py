@@ -43,7 +43,7 @@ class SeedRun(msgspec.Struct, frozen=True):
 
 @dataclass(frozen=True)
 class SeedsVerdict:
-    """The verdict on quantiles over runs with different random seeds."""
+    """The verdict on quantiles of the results of runs with different random seeds."""
 
     quantile: str
     seeds: Sequence[int]

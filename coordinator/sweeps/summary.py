@@ -171,8 +171,7 @@ def summary(study: Study) -> Summary:
 
 
 def measured_error(study: Study) -> str:
-    """Return a sentence on the error of the study's model level, as measured on some variants; "" if it was not
-    measured."""
+    """Return a sentence on the error of the study's model level as measured on some variants; "" if not measured."""
     known = {n: float(row["error"]) for n, row in sorted(study.rows.items()) if row.get("error") is not None}
     if not known:
         return ""

@@ -198,7 +198,7 @@ class LocalHub(Exchange):
         return got
 
     def close(self) -> None:
-        """End the session."""
+        """End the network session of the run."""
         while self._links:
             self._links.popitem()[1].close()
         super().close()

@@ -73,7 +73,7 @@ class Writer:
 
 
 class FrameReader:
-    """Decodes the frames of one node on one topic in order; raises ProtocolError for anything else."""
+    """Decodes the frames that one node sends on one topic, in order; raises ProtocolError for any other frame."""
 
     def __init__(self, run: str, node: str, topic: FrameTopic, epoch: int) -> None:
         self.run, self.node, self.topic, self.epoch = run, node, topic, epoch

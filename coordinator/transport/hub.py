@@ -245,7 +245,7 @@ class Hub(Exchange):
         self._liveness.excuse(process)
 
     def dismiss(self, payload: bytes) -> None:
-        """Send every node that has joined its last message; nodes may leave from then on."""
+        """Send the last message to every node that has joined; nodes may leave from then on."""
         self._liveness.excuse(*self.placement.processes)
         for node in self.nodes:
             if matched(self._publishers[node]):

@@ -147,8 +147,7 @@ def of_unstated(names: Sequence[str]) -> str:
 
 
 def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start: Start) -> Moved:
-    """Start runs in which one input differs from its value by `steps` standard uncertainties; no runs for an exact
-    input."""
+    """Start runs in which one input is changed by `steps` standard uncertainties; none for an exactly known input."""
     runs: dict[float, Future[Ran] | str] = {}
     for step in steps if one.sd else ():
         try:

@@ -164,7 +164,7 @@ def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
 
 
 def joined(parts: Sequence[Some]) -> Some:
-    """Concatenate arrays; of tuples or objects that consist of arrays, concatenate each component."""
+    """Concatenate several arrays; for tuples or objects of arrays, concatenate each component."""
     one, all_ = cast("Any", parts[0]), cast("Any", parts)
     found: Any
     if isinstance(one, np.ndarray):

@@ -76,7 +76,7 @@ class NearestSoFar:
 
 
 def search(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
-    """Search intervals of pairs of moving shapes for distances smaller than those in `known`, and add these to it."""
+    """Search intervals of pairs of moving shapes for distances below the `known` ones; record them in `known`."""
     if known.smallest and len(start.a):
         _begin(shapes, start, known)
     now = known.open(start)

@@ -154,7 +154,7 @@ class Poses:
         return x.copy() if self._B is None else self._B @ x[: self._B.shape[1]]
 
     def sign(self) -> float:
-        """Return the sign of the determinant of the matrix that was last passed to `factorise`."""
+        """Return the sign of the determinant of the matrix factorised by the last call of `factorise`."""
         f, n = self._tangent.factors, len(self.free)
         exchanges = self._M[f.exchanges : f.exchanges + n] != np.arange(n)
         negative = self._M[f.inverses[0] : f.inverses[0] + n] < 0.0

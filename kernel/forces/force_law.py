@@ -109,8 +109,7 @@ class ForceLaw(ABC, Generic[F]):
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
-        """Return the two bodies and the world axis between and about which the law counts angles; None if full turns
-        before the start do not count."""
+        """Return the bodies and world axis of the rotation that the law counts; None if initial turns do not count."""
         raise KernelError(
             f"{type(f).__name__.lower()} '{f.name}': its law counts angles but has no method 'turns'; define one"
         )

@@ -83,7 +83,7 @@ def led_ends(system: System, graph: Graph) -> Iterator[LedEnd]:
 
 
 def not_weighed(weight: Scalar) -> Scalar:
-    """Return the part of a rope's weight [N] to apply at each end; rope mass added to the end bodies is the rest."""
+    """Return the part of a rope's weight [N] to apply at each end; the rest acts on rope mass in the end bodies."""
     # of half the weight, a third of the mass has been added to the end body, which gravity pulls already
     return (WEIGHS - MOVES) * weight
 

@@ -159,7 +159,7 @@ class Method(ABC):
 
     @abstractmethod
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        """Store in s the vectors of an attempted step from which `interpolate` computes states inside the step."""
+        """Store in the state s what `interpolate` needs to compute states inside the attempted step."""
 
     def complete(self, s: StepState, rate: Rate) -> None:
         """Compute the remaining stages of the dense output, when it is first used."""

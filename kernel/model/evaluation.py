@@ -151,7 +151,7 @@ def weigh_rigid_ropes(x: Evaluation) -> None:
 
 
 def lead_ropes(x: Evaluation) -> None:
-    """Push the ends of ropes with mass whose other ends drives move."""
+    """Apply to one end of each rope with mass the inertia force caused by drives that move the other end."""
     number = x.program.graph.number
     accelerations: dict[str, Array] = {}
     for d in dict.fromkeys(d for end in x.program.led for d in end.drives):

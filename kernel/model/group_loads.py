@@ -144,7 +144,7 @@ def _forces(x: Any, own: int, frame: int, each: int) -> Iterator[tuple[Any, Any]
 
 
 def track_pressure(x: Any) -> Any:
-    """Return the largest pressure below a crawler track [N/m2], scaled by the signal's numbers[6:8]; inf if it tips."""
+    """Return the largest pressure below a crawler track [N/m2], scaled by the signal's numbers[6:8]; inf on tipping."""
     V, along, across = base_force(x, ON_BASES["track pressure"])
     length, apart, breadth, side, times, plus = x.numbers[2:8]
     own = _between(0.0, V / 2.0 * (1.0 + 2.0 * side * across / apart), V)

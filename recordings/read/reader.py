@@ -82,7 +82,7 @@ class Recording:
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """Return a recorded fact from JSON; raises RecordingError if its type differs from that of `default`."""
+        """Return a recorded fact, read from JSON; raises RecordingError if its type differs from that of `default`."""
         found = text = self.result.get(name, self.run.get(name))
         if text is None or isinstance(default, str):
             return default if text is None else text

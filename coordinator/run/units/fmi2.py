@@ -39,8 +39,8 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         self.register_variable(variable, nested=False)
 
     def to_xml(self, *given: Any, **more: Any) -> Element:
-        """Return the model description of pythonfmu with units, names with hyphens, and initially unknown outputs
-        added."""
+        """Return the model description written by pythonfmu, with units, hyphenated names and initially unknown
+        outputs added."""
         root: Element = super().to_xml(*given, **more)
         root.set("variableNamingConvention", "flat")
         for structure in root.iter("ModelStructure"):

@@ -146,7 +146,7 @@ class RopePath:
         return out
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Return two guards per sheave that the rope can leave: for gain or loss of contact, and for the wrong side."""
+        """Return two guards per sheave that the rope can leave: for contact, and for the wrong side of the sheave."""
         out = []
         for i, here in enumerate(self._on):
             if here is not None:

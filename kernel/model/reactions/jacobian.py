@@ -74,7 +74,7 @@ class RowGroup:
 
     @property
     def redundancies(self) -> list[dict[int, float]]:
-        """Combinations of constraint forces that cause no motion, so are undetermined: scaled multipliers by row."""
+        """Undetermined constraint forces: combinations that cause no motion, as scaled multipliers by row."""
         return [{self.rows[n]: x for n, x in distance.items()} for distance in combinations(self.G, RANK)]
 
     def towards(self, residuals: Sequence[float]) -> list[float]:

@@ -14,7 +14,7 @@ from heavylift.kernel import KernelError, SceneError
 from heavylift.kernel.description import Load
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
-from heavylift.nodes.models.levels.motion_given import STEP
+from heavylift.nodes.models.levels import STEP
 from heavylift.nodes.plan import Fidelity, Plan
 from heavylift.nodes.scene import LoadedScene, load, parse
 from test_hulls_in_waves import answer, hull, scene
