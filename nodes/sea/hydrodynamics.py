@@ -109,12 +109,13 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class GapDamping(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Damping ratio added to the resonance of the water between two hulls, resonance frequency [rad/s], and source of
-    the ratio."""
+    """Damping ratio added to the resonance of the water between two hulls, resonance frequency [rad/s], source of the
+    ratio, and frequency of another resonance with a similar peak and less damping than the ratio, if any."""
 
     ratio: float
     frequency: float
     source: str
+    other: float | None = None
 
 
 class SecondHull(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

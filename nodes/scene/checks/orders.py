@@ -231,6 +231,15 @@ def _fast(x: CheckedOrder) -> Violations:
             yield m.actuator, m.where, f"{message}: {limit * 60:g} m/min"
 
 
+def _pushes(x: CheckedOrder) -> Violations:
+    """Yield an error for a tugger line of which more tension is taken away than it has."""
+    for m in _moves(x, ["pull"]):
+        tension = x.before.tensions.get(m.actuator, 0.0)
+        if m.by is not None and tension + m.by < -SLACK:
+            message = f"'{m.actuator}' has {tension / 1e3:.3g} kN, and 'by {m.by / 1e3:.3g} kN' leaves less than 0 kN"
+            yield m.actuator, m.where, f"{message}: a line cannot push"
+
+
 def _follows(x: CheckedOrder) -> Violations:
     """Yield an error for a winch or trolley that would have to follow a turn faster than its maximum speed."""
     drives = [(each.name, each.loaded or each.speed) for machine in x.machines.parts for each in machine.actuators]
@@ -295,5 +304,5 @@ def _moves(x: CheckedOrder, verbs: Iterable[str]) -> Iterator[actions.Move]:
 
 
 CHECKS: tuple[Callable[[CheckedOrder], Violations], ...] = (
-    _spoken, _hangs, _reaches, _lets_fall, _turns, _drags, _fast, _follows, _tips,
+    _spoken, _hangs, _reaches, _lets_fall, _turns, _drags, _fast, _pushes, _follows, _tips,
 )  # fmt: skip

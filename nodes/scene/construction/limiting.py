@@ -164,10 +164,15 @@ def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
             missing |= {f"{of} on {name}": "does not move it: its motion is given" for of, x in acting.items() if x}
         for of in (of for of, keys in streams.items() if keys and keys.height is None):
             missing[f"heel of {name} by {of}"] = f"not included; give the 'height' of 'floating: {{{of}: ...}}'"
-        if hull and hull.beside and not hull.beside.damping:
+        if hull and hull.beside and not (damping := hull.beside.damping):
             missing[f"gap damping beside {name}"] = (
                 "only waves damp the water between the hulls, whose resonance is then too high; state it, `heavylift "
                 "hull --gap-damping`"
+            )
+        elif hull and hull.beside and damping and damping.other:
+            missing[f"gap damping beside {name}"] = (
+                f"only waves damp another resonance of the water between the hulls, at {damping.other:.3g} rad/s, "
+                "which is then too high"
             )
         for subject, note in ((x, y) for x, y in missing.items() if y):
             where = builder.source.where(("vessels", name))

@@ -134,6 +134,10 @@ class Floating(Base):
             len(missing) < 3 or self.added_mass or self.loads != LoadResponses()
         ):
             raise ValueError("'hydrodynamics' gives waterplane, GM, GML, added mass and loads: leave them out")
+        if self.current and (self.current.height or 0.0) > 0.0:
+            raise ValueError("current: its centre of pressure is in the water: give a 'height' of 0 m or less")
+        if self.wind and (self.wind.height or 0.0) < 0.0:
+            raise ValueError("wind: its centre of pressure is above the water: give a 'height' of 0 m or more")
         if missing and not (self.hydrodynamics or self.beside):
             raise ValueError(f"a floating vessel needs '{missing[0]}', or a file with its 'hydrodynamics'")
         return self

@@ -94,6 +94,13 @@ def test_a_beam_stream_heels_a_barge_by_its_force_times_height_over_the_righting
     ]
 
 
+@pytest.mark.parametrize(("of", "height"), [("wind", "-1 cm"), ("current", "1 cm")])
+def test_a_centre_of_pressure_of_wind_in_the_water_or_of_current_above_it_is_refused(of: str, height: str) -> None:
+    stream = (STREAM % of).replace("length: 110 m,", f"length: 110 m, height: {height},")
+    with pytest.raises(SceneError, match=rf"scene.yaml:\d+:\d+: .*{of}: its centre of pressure is"):
+        parse(SCENE % ("", "0 deg", "barge-110", stream))
+
+
 def test_the_wind_force_on_a_barge_has_the_speed_history_of_the_gusts() -> None:
     gusts = "wind: {speed: 5 m/s, direction: [1, 0, 0], gusts: [[0 s, 5 m/s], [10 s, 20 m/s]]}"
     plan = parse(SCENE % (gusts, "0 deg", "barge-110", STREAM % "wind")).plan

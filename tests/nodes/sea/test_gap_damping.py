@@ -20,18 +20,28 @@ def oscillator(rate: float) -> np.ndarray:
     return np.array([[-OWN * W - rate, w], [-w, -OWN * W - rate]])
 
 
-def hulls(seed: int, rate: float = 0.0) -> tuple[Hydrodynamics, np.ndarray, np.ndarray]:
-    """Two hulls with a gap, their radiation K (n, 12, 12), and their loads (headings, n, 12)."""
+def decay(ratio: float) -> float:
+    """The rate that gives the gap a damping ratio in all [1/s]."""
+    return W * (ratio * np.sqrt((1.0 - OWN * OWN) / (1.0 - ratio * ratio)) - OWN)
+
+
+def hulls(seed: int, rate: float = 0.0, other: float = 0.0) -> tuple[Hydrodynamics, np.ndarray, np.ndarray]:
+    """Two hulls with a gap, their radiation K (n, 12, 12), and their loads (headings, n, 12); `other`: frequency of a
+    second gap with as much damping [rad/s]."""
     random, w = np.random.default_rng(seed), FREQUENCIES
     barge = read_hydrodynamics((vessels_folder() / "barge-110.json").read_bytes(), "barge-110")
     decays, spins = random.uniform(0.4, 1.0, 4), random.uniform(0.4, 2.0, 4)
+    if other:
+        decays[0], spins[0] = OWN * other, other * np.sqrt(1.0 - OWN * OWN)
     F = np.zeros((10, 10))
     for i, (a, b) in enumerate(zip(decays, spins, strict=True)):
         F[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = [[-a, b], [-b, -a]]
     F[8:, 8:] = oscillator(rate)
     G = random.normal(size=(10, 12)) * 1e3
-    G[9] = 0.0
-    turned = np.linalg.qr(random.normal(size=(10, 10)))[0]  # so that no state is that of the gap alone
+    G[1::2] = 0.0  # a reciprocal network
+    turned = np.zeros((10, 10))  # so that no state is that of the gap alone
+    for half in (0, 1):
+        turned[half::2, half::2] = np.linalg.qr(random.normal(size=(5, 5)))[0]
     K = G.T @ np.linalg.solve(1j * w[:, None, None] * np.eye(10) - F, G.astype(complex))
     peak = np.linalg.inv(1j * w[:, None, None] * np.eye(2) - oscillator(rate))[:, 0, 0]
     headings = np.linspace(-np.pi, np.pi, 13)
@@ -67,7 +77,7 @@ def test_damping_of_a_gap_gives_the_coefficients_of_an_oscillator_with_that_damp
     """Radiation exactly, loads to 2 % of their peak; outside the resonance nothing changes."""
     found = with_gap_damping(hulls(seed)[0], ADDED, "a closed form")
     K, X = coefficients(found)
-    _, want_K, want_X = hulls(seed, ADDED * W)
+    _, want_K, want_X = hulls(seed, decay(OWN + ADDED))
     old_X = hulls(seed)[2]
     assert np.abs(K - want_K).max() < 1e-9 * np.abs(want_K).max()
     assert np.abs(X - want_X).max() < CLOSE * np.abs(old_X - old_X[:, :1]).max()
@@ -80,11 +90,23 @@ def test_damping_of_a_gap_gives_the_coefficients_of_an_oscillator_with_that_damp
     assert (found.beside.damping.ratio, found.beside.damping.source) == (ADDED, "a closed form")
 
 
+def test_another_resonance_with_less_damping_than_stated_is_named_beside_the_damped_one() -> None:
+    for ratio, both in ((ADDED, True), (0.5 * OWN, False)):
+        second = with_gap_damping(hulls(1, other=1.5)[0], ratio, "x").beside
+        assert second
+        assert second.damping
+        found = second.damping.frequency, second.damping.other
+        assert (sorted(map(float, filter(None, found))) == pytest.approx([W, 1.5])) == both
+        assert (second.damping.other is None) != both
+
+
 def test_gap_damping_of_data_without_a_second_hull_or_a_resonance_is_refused() -> None:
     both = hulls(1)[0]
     with pytest.raises(SceneError, match="damping of a gap needs the data of two hulls"):
         with_gap_damping(msgspec.structs.replace(both, beside=None), 0.05, "x")
     with pytest.raises(SceneError, match="damping of a gap is above 0 and below 1"):
         with_gap_damping(both, 0.0, "x")
+    with pytest.raises(SceneError, match=r"cannot have the damping ratio 1.02, its own with 0.99 added; give"):
+        with_gap_damping(both, 0.99, "x")
     with pytest.raises(SceneError, match=r"between its hulls there is no resonance from 0.4 to 1.9 rad/s to damp"):
         with_gap_damping(hulls(1, 0.4)[0], 0.05, "x")

@@ -168,7 +168,7 @@ def test_a_vessel_of_given_motion_takes_no_heavy_load() -> None:
 
 
 ROWS = "[[0 deg, 1, 0, 0], [90 deg, 0, 1, 0], [180 deg, -1, 0, 0]]"
-STREAM = f"{{area: 400 m2, length: 110 m, height: 2 m, coefficients: {ROWS}}}"
+STREAM = f"{{area: 400 m2, length: 110 m, height: 0 m, coefficients: {ROWS}}}"
 FENDER = (
     "fenders={quay: {at: [0, -16 m, 0], meets: [0, -16 m, 0], stiffness: 4 MN/m, vessel: barge, facing: [0, 1, 0]}}"
 )

@@ -50,6 +50,7 @@ def at_end(of: LoadedScene) -> dict[str, float]:
         (PULL, 6e3, 4e3),
         ("  - {stage: pull, port: pull 2 kN/s by -3 kN, starboard: pull 60 kN/min by 1.5 kN}\n", 1e3, 5.5e3),
         ("  - {stage: pull, port: pull 1 kN/s to 0 kN}\n", 0.0, 4e3),
+        ("  - {stage: pull, port: pull 1 kN/s by -4 kN}\n", 0.0, 4e3),
         ("  - {port: pull 1 kN/s to 6 kN}\n  - {stage: pull, port: release}\n  - {wait: 1 s}\n", 0.0, 4e3),
     ],
 )
@@ -97,6 +98,16 @@ def test_a_tension_that_is_ordered_above_the_capacity_of_the_winch_is_refused() 
         (PULL.replace("6 kN", "6 m"), "rate: 2 kN/s, ", "not a valid force"),
         (PULL.replace("pull 0.5 kN/s to 6 kN", "hoist 1 m/min by 1 m"), "rate: 2 kN/s, ", "'port' cannot hoist"),
         (PULL.replace("6 kN", "-1 kN"), "rate: 2 kN/s, ", "'port' is a line, which cannot push"),
+        (
+            PULL.replace("to 6 kN", "by -6 kN"),
+            "rate: 2 kN/s, ",
+            r"scene.yaml:\d+:\d+: .*'port' has 4 kN, and 'by -6 kN' leaves less than 0 kN: a line cannot push",
+        ),
+        (
+            PULL + PULL.replace("stage: pull, ", "").replace("to 6 kN", "by -6.1 kN"),
+            "rate: 2 kN/s, ",
+            r"'port' has 6 kN, and 'by -6.1 kN'",
+        ),
         ("", "rate: -2 kN/s, ", "rate"),
     ],
 )
