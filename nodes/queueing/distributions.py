@@ -107,7 +107,7 @@ class Pert(Distribution):
 
 
 class LogNormal(Distribution):
-    """Log-normally distributed times with the given mean and standard deviation [s] of the times themselves."""
+    """Log-normally distributed times, which themselves have this `mean` [s] and standard `deviation` [s]."""
 
     def __init__(self, mean: float, deviation: float) -> None:
         self.mean, self.deviation = _checked(self, mean=mean, deviation=deviation)

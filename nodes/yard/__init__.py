@@ -4,8 +4,8 @@ models.
     load("yard.yaml", ["rule=latest finish"])     -> Yard; raises SceneError with all errors at file, row, column
 
 beginning     how a yard file is recognised, and where the bundled yards are
-reading       the yard file and its table of blocks; taking: typed values and cells, with errors at their places
-fields        readers of dates, shifts, predecessors and durations
+reading       the yard file and its table of blocks
+fields        typed values and cells with errors at their places; dates, shifts, predecessors, durations
 calendars     working time: shifts across midnight, holidays
 weather       measured or random wind and sea, which report when they cross a limit; waves: limits by peak period
 orders        lifts as a yard file describes them; lifts: their results from statics

@@ -10,8 +10,8 @@ from heavylift.nodes.scene.text.spelling import number_and_unit, range_of
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
 from heavylift.nodes.scene.text.units import SPEED
 
+from .fields import Taking
 from .lifts import LiftOrder, Way, cranes
-from .taking import Taking
 
 MOST = 1000  # runs of a table
 

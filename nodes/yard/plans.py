@@ -11,8 +11,8 @@ from heavylift.nodes.scene.text.source import Mark
 from heavylift.nodes.scene.text.table_files import TableCell
 
 from .exchange import SPACE
+from .fields import Taking
 from .network import Activity
-from .taking import Taking
 
 Planned = dict[tuple[str, str], tuple[datetime, datetime]]  # start and end by block and step
 MOST_BYTES = 1 << 26

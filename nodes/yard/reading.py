@@ -24,11 +24,11 @@ from heavylift.nodes.scene.text.units import RATIO
 from . import fields
 from .beginning import HEAD, yard_path
 from .calendars import Calendar, Shift, public_holidays, working
+from .fields import Taking
 from .lifts import Lifter, LiftOrder, rested
 from .network import RULES, Activity, Need, Yard, rule_named
 from .orders import lift_steps, order_of, taken
 from .plans import planned
-from .taking import Taking
 from .waves import wave_limit
 from .weather import weather_of
 

@@ -11,7 +11,7 @@ from math import inf, tau
 from heavylift.nodes.scene.text.spelling import range_of
 from heavylift.nodes.scene.text.units import ANGLE, LENGTH, TIME
 
-from .taking import Taking
+from .fields import Taking
 
 EDGE = 1e-9  # [rad] of a sector, which rounding must not cut off
 

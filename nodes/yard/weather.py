@@ -18,7 +18,7 @@ from heavylift.nodes.scene.text.table_files import TableCell, with_unit
 from heavylift.nodes.scene.text.units import ANGLE, LENGTH, RATIO, SPEED, TIME
 
 from .calendars import DAY, YEARS
-from .taking import Taking
+from .fields import Taking
 from .waves import WaveLimit
 
 HOUR = DAY // 24

@@ -96,5 +96,5 @@ def test_an_overlap_of_random_boxes_gives_a_red_check_exactly_if_it_is_deeper_th
 
 
 def test_stating_an_allowed_overlap_for_box_contacts_is_refused() -> None:
-    with pytest.raises(SceneError, match=r"scene\.yaml:7:.*remove 'overlap'"):
+    with pytest.raises(SceneError, match=r"scene\.yaml:7:.*'overlap' does not apply to whole boxes"):
         parse(TEXT.replace("lower corners", "boxes, overlap: 0.1 m"), passing=True)

@@ -119,8 +119,8 @@ def test_an_edited_user_law_is_compiled_anew(tmp_path, monkeypatch):
 BAD = [
     ("branching", "at laws_of_a_user.py:", "use select(condition, a, b)"),
     ("looping", "at laws_of_a_user.py:", "use select(condition, a, b)"),
-    ("by_the_library", "at laws_of_a_user.py:", "use those of heavylift.kernel.forces.mathematics"),
-    ("by_a_root", "at laws_of_a_user.py:", "use power of heavylift.kernel.forces.mathematics"),
+    ("by_the_library", "at laws_of_a_user.py:", "call sin(), sqrt() and others of heavylift.kernel.forces.mathematics"),
+    ("by_a_root", "at laws_of_a_user.py:", "call power() of heavylift.kernel.forces.mathematics"),
     ("by_numpy", "at laws_of_a_user.py:", "use those of heavylift.kernel.forces.mathematics"),
     ("misspelt", "at laws_of_a_user.py:", "no attribute 'position'"),
     ("too_many", "must return one number, the effort along its joint", ""),

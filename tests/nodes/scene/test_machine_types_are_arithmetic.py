@@ -30,7 +30,7 @@ EXACT = [
 ]
 WRONG = [
     ("boom + counterweight", 7, "m and kg cannot be added"),
-    ("boom*(radius", 12, "a bracket is not closed"),
+    ("boom*(radius", 12, "a closing bracket"),
     ("boom radius", 0, "there is no parameter 'boom radius'"),
     ("2*", 2, "is expected here"),
     ("boom/(radius - 12 m)", 5, "division by zero: this expression is zero"),

@@ -147,7 +147,7 @@ def test_incomplete_files_of_nemoh_are_refused_in_one_sentence(tmp_path: Path, h
 
 EDITS = {
     "its phases refer to XEFF, YEFF": ("Nemoh.cal", "0. 0. ! XEFF", "0. 3. ! XEFF"),
-    "output is not by frequencies in rad/s": (
+    "its output frequencies are not in rad/s": (
         "Nemoh.cal",
         "6 ! Number of res",
         "2 ! output freq type\n6 ! Number of res",

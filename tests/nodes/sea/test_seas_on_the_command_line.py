@@ -86,4 +86,4 @@ def test_options_that_do_not_suit_the_kind_of_hull_data_are_refused(here: Path, 
 def test_a_gap_damping_without_a_source_is_refused_and_so_is_a_source_alone(here: Path, option: list[str]) -> None:
     done = CliRunner().invoke(app, ["hull", "x.nc", *option])
     assert done.exit_code
-    assert "--gap-damping needs --gap-source" in str(done.exception)
+    assert "give --gap-damping together with --gap-source" in str(done.exception)
