@@ -106,7 +106,8 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
     One is the candidate itself, the other its witness: the cheapest level that models every effect which the
     candidate's level omits. If hook ropes go slack or an element has no damping, all such levels are witnesses, since
-    waves along ropes have any length. The witness of the finest level is the next coarser one.
+    waves along ropes have any length. If any rope goes slack, witnesses run with a tolerance of at most `CLOSE`. The
+    witness of the finest level is the next coarser one.
     """
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
     # waves along ropes and undamped modes are seen by some levels only: compare with all that restore them
