@@ -103,6 +103,7 @@ def run(
         from heavylift.coordinator.ladder.choosing import chosen, decided
         from heavylift.coordinator.live.keys import Keyboard
         from heavylift.coordinator.live.pace import RealTime
+        from heavylift.coordinator.participants.compiling import in_process as compile_in
         from heavylift.coordinator.run import run as simulate
         from heavylift.coordinator.run.progress import Progress, summary
         from heavylift.coordinator.transport.placement import Placement, place
@@ -124,7 +125,8 @@ def run(
             from heavylift.coordinator.measured.mapping import driven
 
             loaded = driven(loaded, drive)
-        loaded = (decided if decide else chosen)(loaded, lambda message: typer.echo(f"  {message}", err=True))
+        find = decided if decide else chosen
+        loaded = find(loaded, lambda message: typer.echo(f"  {message}", err=True), compile_in(crew))
         nodes = node_names(loaded.plan)
 
         def tried(count: int, watch: RunObserver) -> object:

@@ -15,6 +15,7 @@ from math import inf
 from pathlib import Path
 
 import msgspec
+from heavylift.coordinator.participants.compiling import Ahead, in_thread
 from heavylift.coordinator.record.in_memory import CUT, play
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
@@ -36,9 +37,11 @@ ROOM = Path(__file__).parents[2]  # of the product
 Report = Callable[[str], None]
 
 
-def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
+def chosen(
+    scene: LoadedScene, say: Report = lambda message: None, ahead: Ahead = in_thread
+) -> LoadedScene:  # fmt: skip
     """Return the scene with the model level and time steps that give its required accuracy; `say` reports the runs made
-    to find them."""
+    to find them, `ahead` compiles the code for a later one."""
     from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 
     scene = with_worst_clearances(scene)
@@ -50,19 +53,19 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
         return answered(scene, _unmeasured(scene.plan, why))
 
     def make() -> Answer:
-        return choose(Ladder(scene.plan, scene.facts.named), question, Measuring(question.ask, say=say))
+        return choose(Ladder(scene.plan, scene.facts.named), question, Measuring(question.ask, say=say, ahead=ahead))
 
     # results of code outside the plan cannot be cached under the plan
     alone = scene.passing or bool(functions(scene.plan))  # whose code may change
     return answered(scene, make() if alone else remembered(_name(scene, question), Answer, make))
 
 
-def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
+def decided(scene: LoadedScene, say: Report = lambda message: None, ahead: Ahead = in_thread) -> LoadedScene:
     """Return the scene at the loosest of the `ACCURACIES` that leaves no check undecided, or else at the tightest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
-        found = chosen(replace(scene, facts=facts), say)
+        found = chosen(replace(scene, facts=facts), say, ahead)
         checks = play(found.plan, errors=found.errors).verdict.checks
         left = [check.sentence for check in checks if check.state == "undecided"]
         # each accuracy is tried in turn: most lifts are decided by the first

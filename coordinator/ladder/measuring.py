@@ -6,11 +6,11 @@ sampling.
 
 from collections.abc import Callable, Sequence
 from math import inf
-from threading import Thread
 from typing import NamedTuple
 
 import msgspec
-from heavylift.coordinator.record.in_memory import CUT, Judge, compiled, play
+from heavylift.coordinator.participants.compiling import Ahead, in_thread
+from heavylift.coordinator.record.in_memory import CUT, Judge, play
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import Asked, Fidelity
 
@@ -37,9 +37,9 @@ class Measuring:
 
     def __init__(
         self, ask: Sequence[Asked], limit: Callable[[], float] = lambda: inf,
-        say: Callable[[str], None] = lambda message: None,
+        say: Callable[[str], None] = lambda message: None, ahead: Ahead = in_thread,
     ) -> None:  # fmt: skip
-        self.ask, self._limit, self._report = ask, limit, say
+        self.ask, self._limit, self._report, self._compile = ask, limit, say, ahead
         self.factor = 1.0  # times the samples of the scene
         self.spent: dict[Key, Spent] = {}
         self._samples = 0
@@ -47,7 +47,7 @@ class Measuring:
         self._slack: dict[Key, frozenset[str]] = {}
         self._read: dict[Key, dict[str, AskedFigure]] = {}
         self._judges: dict[Key, Judge] = {}
-        self._ahead: dict[Fidelity, Thread] = {}
+        self._ahead: dict[Fidelity, Callable[[], None]] = {}
 
     @property
     def seen(self) -> dict[str, AskedFigure]:
@@ -55,13 +55,9 @@ class Measuring:
         return {name: f for read in self._read.values() for name, f in read.items() if f.asked}
 
     def prepare(self, candidate: ModelLevel) -> None:
-        """Compile in a separate thread the machine code for a later run, while another run goes on.
-
-        The native code that runs meanwhile does not hold the interpreter's lock.
-        """
+        """Begin to compile the machine code for a later run, while another run goes on."""
         if not any(key[0] == candidate.plan.fidelity for key in self.spent):
-            self._ahead[candidate.plan.fidelity] = Thread(target=compiled, args=(candidate.plan,))
-            self._ahead[candidate.plan.fidelity].start()
+            self._ahead[candidate.plan.fidelity] = self._compile(candidate.plan)
 
     def figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
         """Return the figures of a run at this model level and time step; raises HeavyliftError if the run failed."""
@@ -72,8 +68,7 @@ class Measuring:
         if candidate.key in self._failed:
             raise self._failed[candidate.key]
         if candidate.key not in self._read:
-            if ahead := self._ahead.pop(candidate.plan.fidelity, None):
-                ahead.join()
+            self._ahead.pop(candidate.plan.fidelity, lambda: None)()
             dense = msgspec.structs.replace(candidate.plan, samples_hz=self.factor * candidate.plan.samples_hz)
             try:
                 run = play(dense, self._limit())
