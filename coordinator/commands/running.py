@@ -103,7 +103,6 @@ def run(
         from heavylift.coordinator.ladder.choosing import chosen, decided
         from heavylift.coordinator.live.keys import Keyboard
         from heavylift.coordinator.live.pace import RealTime
-        from heavylift.coordinator.participants.compiling import in_process as compile_in
         from heavylift.coordinator.run import run as simulate
         from heavylift.coordinator.run.progress import Progress, summary
         from heavylift.coordinator.transport.placement import Placement, place
@@ -126,7 +125,7 @@ def run(
 
             loaded = driven(loaded, drive)
         find = decided if decide else chosen
-        loaded = find(loaded, lambda message: typer.echo(f"  {message}", err=True), compile_in(crew))
+        loaded = find(loaded, lambda message: typer.echo(f"  {message}", err=True), crew.aside if crew else None)
         nodes = node_names(loaded.plan)
 
         def tried(count: int, watch: RunObserver) -> object:

@@ -16,7 +16,6 @@ from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector, Every
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.limits.checks import Errors
 from heavylift.nodes.plan.limit import Use

@@ -10,6 +10,7 @@ a session of their own, so that Ctrl-C reaches the coordinator only, which ends 
 import contextlib
 import json
 import os
+import secrets
 import signal
 import subprocess
 import sys
@@ -113,6 +114,8 @@ class Processes(AbstractContextManager["Processes"]):
         hub."""
         self._hub, self._commands = hub, dict(commands)
         hub.supervise(self.deaths)
+        for name in self._aside:  # nobody waits for them any more
+            self._order(do="signal", signal=int(signal.SIGKILL), name=name)
         for process in commands:
             self.begin(process)
 
@@ -125,18 +128,19 @@ class Processes(AbstractContextManager["Processes"]):
             log=str(self.directory.log(process)),
         )  # fmt: skip
 
-    def aside(self, module: str, given: str) -> Callable[[], None]:
+    def aside(self, module: str, given: str) -> Callable[[], str]:
         """Start a process that is no node: `main([])` of a module with the text `given` on standard input; return a
-        function that waits until it has ended, however it did."""
-        name = f"aside-{len(self._aside)}"
+        function that waits until it has ended, however it did, and returns its output."""
+        name = f"aside-{secrets.token_hex(4)}"
         self._aside.append(name)
         log = str(self.directory.log(name))
         self._order(do="start", name=name, module=module, arguments=[], ticket=given, log=log)
 
-        def wait() -> None:
+        def wait() -> str:
             while name not in self._exits and not self._loss():
                 with self._change:
                     self._change.wait(POLL_s)
+            return self.output(name)
 
         return wait
 
@@ -273,7 +277,7 @@ class Processes(AbstractContextManager["Processes"]):
                 stream.close()
 
     def _alive(self) -> list[str]:
-        return [node for node in self.pids if node not in self._exits]
+        return [node for node in self.pids if node not in (*self._exits, *self._aside)]
 
     def _order(self, **order: object) -> None:
         with self._change:
