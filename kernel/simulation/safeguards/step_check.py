@@ -198,7 +198,7 @@ class EnergyCheck:
         self._softness = np.array([0.5 / r.EA for r in p.system.ropes])  # of a metre: energy of a tension squared
 
     def energies(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return kinetic energies, and potential, stored, heat and negative work energies of rows (..., columns) [J]."""
+        """Return kinetic energies; potential, stored, heat and negative work energies of rows (..., columns) [J]."""
         return rows[..., self._kinetic], rows.take(self._parts, axis=-1) * self._signs
 
     def begin(self, row: np.ndarray) -> None:
