@@ -55,7 +55,7 @@ class SampleRecorder:
         at, program = native.method.row_layout.at, native.program
         if self.steps:
             return np.ones(len(rows), dtype=bool)
-        notable = np.any(wound_up(rows[:, at["length"]]), axis=1)
+        notable: np.ndarray = np.any(wound_up(rows[:, at["length"]]), axis=1)
         if program.sliders:
             notable |= off_beams(program, rows[:, at["q"]])
         if program.compressible:
