@@ -125,8 +125,7 @@ class Island(Simulation):
     def rewind(self, t_ns: int) -> None:
         """Roll the island back to a time [ns] that it has already passed."""
         if self.passed(t_ns):
-            while len(self.marks) > 1 and self.marks[-1][0] > t_ns:
-                self.marks.pop()
+            self.marks = [self.marks[0], *(m for m in self.marks[1:] if m[0] <= t_ns)]
             back(self, self.marks[-1][1])
             self.run(t_ns)
             self.span = 1
@@ -143,9 +142,15 @@ class Island(Simulation):
         return FOREVER_NS if self.still and not self.marks else self.earliest - 1
 
     def shown_at(self, t_ns: int) -> np.ndarray:
-        """Return the island's sample row at a time [ns], rolling back if the island has passed that time."""
-        self.rewind(t_ns)
-        return self.shown(t_ns)
+        """Return the island's sample row at a time [ns]; if it has passed that time, it runs there once more."""
+        if not self.passed(t_ns):
+            return self.shown(t_ns)
+        ahead = mark(self)
+        back(self, next(m for at, m in reversed(self.marks) if at <= t_ns or m is self.marks[0][1]))
+        self.run(t_ns)
+        row = self.shown(t_ns)
+        back(self, ahead)
+        return row
 
     @property
     def resting(self) -> np.ndarray | None:
