@@ -5,6 +5,7 @@ condition and switch has the same meaning as in a run.
 """
 
 import dataclasses
+from contextlib import suppress
 from math import ceil, pi
 
 import msgspec
@@ -18,8 +19,8 @@ from heavylift.kernel.model.switching import StateChange as Switched
 from heavylift.kernel.simulation.native.samples import shown
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, seconds, succ
-from heavylift.nodes.models import COMMANDER, KERNEL, CommanderModel, build, couplings, subscriptions, system
-from heavylift.nodes.models.commander.actuator_registry import TURN, first_lugs
+from heavylift.nodes.models import COMMANDER, KERNEL, CommanderModel, build, couplings, subscriptions, system, taken_over
+from heavylift.nodes.models.commander.actuator_registry import TURN
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan.plan import Plan
 
@@ -38,7 +39,7 @@ class Models(Coupled):
 
     def __init__(self, plan: Plan) -> None:
         super().__init__(plan.name)
-        self.models = build(plan)
+        self.plan, self.models = plan, build(plan)
         for model in self.models.values():
             self.add(model)
         for source, out, target, into in couplings(plan):
@@ -51,12 +52,31 @@ class Models(Coupled):
         self.connect(self.commander.stage, self.stage)
         self.connect(self.commander.finished, self.finished)
 
+        # output functions are checked for purity in runs; here each costs time only
+        self.simulator = Simulator(self, microsteps=plan.microsteps, watched=False)
+
     @property
     def commander(self) -> CommanderModel:
         """The model of the commander, which executes the action list."""
         model = self.models[COMMANDER]
         assert isinstance(model, CommanderModel)
         return model
+
+
+MOST_SPARE = 3  # a scene, its corners, a variant of it
+_SPARE: list[Models] = []  # of static runs that are over
+
+
+def _spare(plan: Plan) -> Models | None:
+    """Take spare models that fit a plan; threads take them once."""
+    for _ in range(len(_SPARE)):
+        with suppress(IndexError):
+            models = _SPARE.pop(0)
+            if taken_over(models.models, models.plan, plan):
+                models.plan = plan
+                return models
+            _SPARE.append(models)
+    return None
 
 
 class StaticRun:
@@ -70,8 +90,7 @@ class StaticRun:
         # set-points of user models need simulated signals, which statics does not have
         plan = msgspec.structs.replace(plan, models=())  # what they lead stands
         self.plan, self.after, self.why, self.cut = plan, after, "", ""
-        self.models = Models(plan)
-        self._lugs = first_lugs(self.models.commander.actions.known.parts)
+        self.models = _spare(plan) or Models(plan)
         self._receives = subscriptions(plan, self.models.models)
         placed = _placed(system(plan, self.models.models))
         self._contacts = placed.contacts
@@ -95,12 +114,11 @@ class StaticRun:
     def walk(self) -> None:
         """Follow the action list statically to its end, to the end of a stage, or as far as an equilibrium exists."""
         end = LAST_NS if self.plan.end is None else seconds(self.plan.end)
-        # output functions are checked for purity in runs; here each costs time only
-        self.simulator = Simulator(self.models, microsteps=self.plan.microsteps, watched=False)
         try:
             happened = self.path.start()
             self._collect()
             happened += self._tight()
+            self.simulator = self.models.simulator
             self.simulator.start()
             first = self.models.commander.actions
             self.acted += [self._begun()] * first.index
@@ -129,6 +147,11 @@ class StaticRun:
         if not self.why and not self.over:
             waits = self.models.commander.waiting_for()
             self.cut, self.why = (waits, "") if self.ended else ("", waits)
+
+    def give_back(self) -> None:
+        """Leave the models to the next static run of a plan of equal structure; this run must not use them again."""
+        _SPARE[MOST_SPARE - 1 :] = []
+        _SPARE.insert(0, self.models)
 
     # ---- models and path ----------------------------------------------------------------------------------
 
@@ -230,12 +253,12 @@ class StaticRun:
     def _collect(self, number: int | None = None) -> None:
         """Store the new points of the path as states of an action."""
         commander = self.models.commander.actions
-        number = getattr(commander, "index", 0) if number is None else number
+        number = commander.index if number is None else number
         action = self.plan.actions[number - 1] if number else None
         stage = (action.stage or f"action {number}") if action else "at the start"
         new, self.path.points[:] = list(self.path.points), []
         for rest in new:
-            state = self._state(rest, number, stage, dict(getattr(commander, "lugs", self._lugs)))
+            state = self._state(rest, number, stage, dict(commander.lugs))
             self._look(state)
             self.states.append(state)
 
