@@ -159,8 +159,8 @@ class Poses:
         return x.copy() if self._B is None else self._B @ x[: self._B.shape[1]]
 
     def newton_step(self, q: np.ndarray) -> tuple[float, float, np.ndarray]:
-        """Return the largest acceleration at pose q (nq,), the largest component of the Newton step from there [m, rad],
-        and the pose that it reaches."""
+        """Return the largest acceleration at pose q (nq,), the largest component of the Newton step [m, rad], and the
+        pose that it reaches."""
         if self._closed:
             a = self.accelerations(q)
             step = self.solve(a)

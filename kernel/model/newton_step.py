@@ -33,8 +33,8 @@ def newton_step(
     inputs = dict.fromkeys(("t", "y", "P", "M", "work", "found"), OPAQUE)
     c, ny = LoopEmitter("newton_step", list(inputs)), sizes["dy"]
     places, place = {}, ny
-    for name, size in sizes.items():
-        places[name], place = c.at("%work", place), place + size
+    for name, n in sizes.items():
+        places[name], place = c.at("%work", place), place + n
     x, largest, wrong = c.reserve(f"[{max(factors.stride, 1)} x double]"), c.reserve("double"), c.reserve("double")
 
     def evaluate(y: str) -> None:

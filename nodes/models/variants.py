@@ -13,12 +13,15 @@ from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
 
 from .assembly import CommanderModel, NodeModel
+from .commander.actuator_registry import machines as machine_names, turns
 from .commander.commander import Commander
+from .commander.conditions import watched
 from .levels.listing import as_modelled
 from .machine import MachineModel
 from .parts.parts import BodyAtomic, JointAtomic, Part
 
 UNREAD = {"limits", "gear", "place", "accepts_assumed"}  # fields of a plan that no model reads
+TAKEN = {"actions", "end"}  # those that the commander takes with the plan, if its ports and the watchers stay
 DECLARED = {"system", "cargo", "shapes", "heavy", "bends", "servos", "footing", "configuration", "lacks"}
 CARGO = ("body", "faces", "turned")  # what actors know of lifted bodies
 
@@ -26,10 +29,10 @@ CARGO = ("body", "faces", "turned")  # what actors know of lifted bodies
 def taken_over(models: Mapping[str, NodeModel], old: Plan, new: Plan) -> bool:
     """Give the models of the plan `old` the numbers of the plan `new`; if more differs, return False and change
     nothing."""
-    fields = (name for name in Plan.__struct_fields__ if name not in {"machines", *UNREAD})
+    fields = (name for name in Plan.__struct_fields__ if name not in {"machines", *UNREAD, *TAKEN})
     if any(getattr(old, name) != getattr(new, name) for name in fields) or old.lists or old.models or old.driven:
         return False
-    if [x.name for x in old.machines] != [x.name for x in new.machines]:
+    if watched(old) != watched(new) or turns(old) != turns(new) or machine_names(old) != machine_names(new):
         return False
     machines = {x.name: as_modelled(new, x) for x in new.machines}
     own = {name: model for name, model in models.items() if isinstance(model, MachineModel)}
@@ -51,11 +54,16 @@ def _alike(old: Mechanism, new: Mechanism) -> bool:
         return True
     if any(getattr(old, name) != getattr(new, name) for name in Mechanism.__struct_fields__ if name not in DECLARED):
         return False
-    cargo = [[getattr(x, name) for x in machine.cargo for name in CARGO] for machine in (old, new)]
-    lengths = [{x.name: x.L0 for x in machine.system.all_ropes if x.winch} for machine in (old, new)]
-    given = {x.name for x in old.actuators}  # other winches start at the lengths of their ropes
-    starts = all(name in given or lengths[1].get(name) == length for name, length in lengths[0].items())
-    return cargo[0] == cargo[1] and starts and old.system.gravity == new.system.gravity and _same(old.system, new.system)
+    if _read(old) != _read(new):
+        return False
+    return _same(old.system, new.system)
+
+
+def _read(machine: Mechanism) -> list[object]:
+    """Return what actors are made from beside the fields that are compared as they are."""
+    named = {x.name for x in machine.actuators}  # other winches start at the lengths of their ropes
+    starts = [(x.name, x.L0) for x in machine.system.all_ropes if x.winch and x.name not in named]
+    return [machine.system.gravity, starts, *(getattr(x, name) for x in machine.cargo for name in CARGO)]
 
 
 def _same(a: Any, b: Any) -> bool:
@@ -65,10 +73,10 @@ def _same(a: Any, b: Any) -> bool:
     if type(a) is not type(b):
         return False
     if isinstance(a, float):
-        return (a == 0.0) == (b == 0.0)
+        return bool((a == 0.0) == (b == 0.0))
     if isinstance(a, tuple):
         return len(a) == len(b) and all(map(_same, a, b))
-    if names := field_names(type(a)):
+    if names := field_names(a.__class__):
         return all(_same(getattr(a, name), getattr(b, name)) for name in names)
     return bool(a == b)
 

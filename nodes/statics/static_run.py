@@ -5,7 +5,6 @@ condition and switch has the same meaning as in a run.
 """
 
 import dataclasses
-from contextlib import suppress
 from math import ceil, pi
 
 import msgspec
@@ -18,65 +17,18 @@ from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateChange as Switched
 from heavylift.kernel.simulation.native.samples import shown
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, seconds, succ
-from heavylift.nodes.models import COMMANDER, KERNEL, CommanderModel, build, couplings, subscriptions, system, taken_over
+from heavylift.nodes.devs import Tag, seconds, succ
+from heavylift.nodes.models import subscriptions, system
 from heavylift.nodes.models.commander.actuator_registry import TURN
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan.plan import Plan
 
 from .contact_limits import apart, meets, there
+from .models_at_rest import Models
 from .state import REEVING, Acted, Pose, StaticState, reeved
 
 LAST_NS = 100 * 3600 * 10**9  # simulated time after which a list that has not ended never does
 WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
-
-
-class Models(Coupled):
-    """All models of a scene except the kernel, connected to each other for a static calculation."""
-
-    stage = Out(m.Stage)
-    finished = Out(m.Finished)
-
-    def __init__(self, plan: Plan) -> None:
-        super().__init__(plan.name)
-        self.plan, self.models = plan, build(plan)
-        for model in self.models.values():
-            self.add(model)
-        for source, out, target, into in couplings(plan):
-            if target == KERNEL:
-                self.connect(self.models[source].ports[out], self.add_out(into, m.KernelInput))
-            elif source == KERNEL:
-                self.connect(self.add_in(out, m.StateEvent), self.models[target].ports[into])
-            else:
-                self.connect(self.models[source].ports[out], self.models[target].ports[into])
-        self.connect(self.commander.stage, self.stage)
-        self.connect(self.commander.finished, self.finished)
-
-        # output functions are checked for purity in runs; here each costs time only
-        self.simulator = Simulator(self, microsteps=plan.microsteps, watched=False)
-
-    @property
-    def commander(self) -> CommanderModel:
-        """The model of the commander, which executes the action list."""
-        model = self.models[COMMANDER]
-        assert isinstance(model, CommanderModel)
-        return model
-
-
-MOST_SPARE = 3  # a scene, its corners, a variant of it
-_SPARE: list[Models] = []  # of static runs that are over
-
-
-def _spare(plan: Plan) -> Models | None:
-    """Take spare models that fit a plan; threads take them once."""
-    for _ in range(len(_SPARE)):
-        with suppress(IndexError):
-            models = _SPARE.pop(0)
-            if taken_over(models.models, models.plan, plan):
-                models.plan = plan
-                return models
-            _SPARE.append(models)
-    return None
 
 
 class StaticRun:
@@ -90,7 +42,7 @@ class StaticRun:
         # set-points of user models need simulated signals, which statics does not have
         plan = msgspec.structs.replace(plan, models=())  # what they lead stands
         self.plan, self.after, self.why, self.cut = plan, after, "", ""
-        self.models = _spare(plan) or Models(plan)
+        self.models = Models.of(plan)
         self._receives = subscriptions(plan, self.models.models)
         placed = _placed(system(plan, self.models.models))
         self._contacts = placed.contacts
@@ -150,8 +102,7 @@ class StaticRun:
 
     def give_back(self) -> None:
         """Leave the models to the next static run of a plan of equal structure; this run must not use them again."""
-        _SPARE[MOST_SPARE - 1 :] = []
-        _SPARE.insert(0, self.models)
+        self.models.give_back()
 
     # ---- models and path ----------------------------------------------------------------------------------
 
