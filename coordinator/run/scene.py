@@ -1,6 +1,6 @@
 """One run of a scene: start its models and the kernel, run the time protocol, record, end in order.
 
-plan -> WELCOME(plan) -> HELLO(declaration) of every model -> WELCOME(declarations) -> HELLO of the kernel
+plan -> WELCOME(plan) of every model and the kernel -> HELLO of all, with the mechanics that the models declare
 -> rounds until the commander has finished, the time bound is reached or nothing can happen any more
 """
 
