@@ -107,8 +107,8 @@ class Stepping:
             self.functions["kick"] = self._plain("kick", lambda s, P: kick(s, P, kicked))
         self.functions["rate"] = self.f_rate
         abreast = max([1, *(k.v.stop - k.v.start for k in p.graph.links)])
-        free = sum(len(tree.free_dofs) for tree, _ in p.instances)
-        self.tangent = Tangent(nq, nv, free, abreast, self.rate_sizes)
+        free = tuple(tree.v.start + k for tree, _ in p.instances for k in tree.free_dofs)
+        self.tangent = Tangent(nq, nv, free, tuple(p.quaternions), abreast, self.rate_sizes)
         self.functions |= {f.name: f for f in self.tangent.functions(self.f_rate)}
         at, f = self.layout.at, self.functions
         if p.locked:
