@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder import ModelLevel, choosing, chosen, known, level_of
-from heavylift.coordinator.ladder.beside import Aside
+from heavylift.coordinator.ladder import Aside, ModelLevel, choosing, chosen, known, level_of
 from heavylift.coordinator.participants import PRELOAD_SCENE
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.coordinator.run.verify import verify
-from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.supervision import Processes
 from heavylift.coordinator.sweeps import Task, measured_error, sweep
 from heavylift.kernel import cache
 from heavylift.nodes.scene import load, parse
