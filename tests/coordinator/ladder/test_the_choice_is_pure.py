@@ -8,17 +8,16 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder import ModelLevel, choosing, chosen, forestalled, known, level_of
-from heavylift.coordinator.ladder.beside import Beside
+from heavylift.coordinator.ladder import Beside, ModelLevel, choosing, chosen, forestalled, known, level_of
 from heavylift.coordinator.participants import PRELOAD_SCENE
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.coordinator.run.verify import verify
-from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.supervision import Processes
 from heavylift.coordinator.sweeps import Task, measured_error, sweep
 from heavylift.kernel import cache
-from heavylift.kernel.compiler.emit import Library
+from heavylift.kernel.compiler import Library
 from heavylift.kernel.simulation.native import native_state
 from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording
