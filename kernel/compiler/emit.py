@@ -184,7 +184,6 @@ class Library:
             passes = llvm.create_pass_builder(self._machine, options)
             if opt == 1:  # straight-line code without branches, beside short loops, has little use for other passes
                 few = llvm.create_new_module_pass_manager()
-                few.add_instruction_combine_pass()
                 few.add_loop_rotate_pass()  # loops are unrolled in this form only
                 few.add_loop_unroll_pass()
                 few.add_sroa_pass()
