@@ -22,7 +22,7 @@ from heavylift.nodes.plan.fidelity import MEANT, Answer, Fidelity, Question, per
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
-from .looking import Look, as_it_is, errors_of_limits, looks, with_level
+from .looking import CLOSE, Look, as_it_is, errors_of_limits, looks, with_level
 from .measuring import Measuring, largest
 from .model_levels import DECADE, Ladder, ModelLevel, at_level
 
@@ -30,6 +30,7 @@ STUCK = 3  # decades of the tolerance that change nothing for the better, until 
 # as short, by which a method that has damped a swing away sees it
 SEVERAL = 3  # tolerances, after which a level is compared although its steps are not fine enough
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
+FAR = 0.1  # error of a level that must at least be smaller than that of the level before, or nothing converges
 HIDES = 0.25  # part of the errors of steps by which that of a level may be seen wrongly
 ACCURACIES = (0.01, 0.003, 0.001, 0.0003)  # by which checks are decided
 ROOM = Path(__file__).parents[2]  # of the product
@@ -129,7 +130,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
             wrong, before = largest(look.model), wrong
             # a finer level would inherit the error of the steps; one that is far off and no better than the last is
             # decided by what little moves
-            if wrong <= largest(look.steps) or wrong >= max(before, question.accuracy / LOOSEST):
+            if wrong <= largest(look.steps) or wrong >= max(before, FAR):
                 break
             tolerance = look.candidate.plan.tolerance  # at which the next level was run as witness
     assert last is not None
@@ -153,6 +154,9 @@ def _climbed(
         try:
             if not all(measuring.read_well(candidates[i], accuracy) for i in run):
                 continue  # with denser samples
+            if tolerances[run[0]] > CLOSE and ladder.waves(level) and measuring.slack(candidates[run[0]]):
+                run = [next((i for i, x in enumerate(tolerances) if x <= CLOSE * (1.0 + 1e-9)), len(candidates) - 1)]
+                continue
             if len(run) == 1 and run[0] + 1 < len(candidates):
                 run.append(_next(tolerances, run[0], 0.1))
                 continue
