@@ -124,7 +124,8 @@ def run(
             from heavylift.coordinator.measured.mapping import driven
 
             loaded = driven(loaded, drive)
-        loaded = (decided if decide else chosen)(loaded, lambda message: typer.echo(f"  {message}", err=True))
+        find = decided if decide else chosen
+        loaded = find(loaded, lambda message: typer.echo(f"  {message}", err=True), crew.aside if crew else None)
         nodes = node_names(loaded.plan)
 
         def tried(count: int, watch: RunObserver) -> object:

@@ -4,7 +4,7 @@ figures         results of a run as single numbers: peaks, swings, positions, ti
 model_levels    model levels of a plan, and the methods and tolerances with which each is run
 measuring       runs of these candidates, and the differences of their figures; looking: their errors
 choosing        the cheapest candidate within the requested accuracy; cached by plan and question
-run_pool        parallel runs on all cores
+run_pool        parallel runs on all cores; beside: code and runs of a choice in other processes
 within          the best accuracy that fits into a time limit
 tradeoff        all candidates as a table; page: the table and the work-precision figure on a page
 

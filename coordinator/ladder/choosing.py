@@ -22,7 +22,8 @@ from heavylift.nodes.plan.fidelity import MEANT, Answer, Fidelity, Question, per
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
-from .looking import CLOSE, Look, as_it_is, errors_of_limits, looks, with_level
+from .beside import Aside
+from .looking import CLOSE, Look, as_it_is, errors_of_limits, foresee, looks, with_level
 from .measuring import Measuring, largest
 from .model_levels import DECADE, Ladder, ModelLevel, at_level
 
@@ -36,9 +37,11 @@ ROOM = Path(__file__).parents[2]  # of the product
 Report = Callable[[str], None]
 
 
-def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
+def chosen(
+    scene: LoadedScene, say: Report = lambda message: None, aside: Aside | None = None
+) -> LoadedScene:  # fmt: skip
     """Return the scene with the model level and time steps that give its required accuracy; `say` reports the runs made
-    to find them."""
+    to find them, `aside` starts processes for some of them."""
     from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 
     scene = with_worst_clearances(scene)
@@ -50,19 +53,19 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
         return answered(scene, _unmeasured(scene.plan, why))
 
     def make() -> Answer:
-        return choose(Ladder(scene.plan, scene.facts.named), question, Measuring(question.ask, say=say))
+        return choose(Ladder(scene.plan, scene.facts.named), question, Measuring(question.ask, say=say, aside=aside))
 
     # results of code outside the plan cannot be cached under the plan
     alone = scene.passing or bool(functions(scene.plan))  # whose code may change
     return answered(scene, make() if alone else remembered(_name(scene, question), Answer, make))
 
 
-def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
+def decided(scene: LoadedScene, say: Report = lambda message: None, aside: Aside | None = None) -> LoadedScene:
     """Return the scene at the loosest of the `ACCURACIES` that leaves no check undecided, or else at the tightest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
-        found = chosen(replace(scene, facts=facts), say)
+        found = chosen(replace(scene, facts=facts), say, aside)
         checks = play(found.plan, errors=found.errors).verdict.checks
         left = [check.sentence for check in checks if check.state == "undecided"]
         # each accuracy is tried in turn: most lifts are decided by the first
@@ -154,6 +157,8 @@ def _climbed(
                 continue  # with denser samples
             if len(run) == 1 and run[0] + 1 < len(candidates):
                 run.append(_next(tolerances, run[0], 0.1))
+                if slack := measuring.slack(candidates[run[0]]):  # at a tolerance that is known
+                    foresee(ladder, candidates[run[-1]], measuring, slack)
                 continue
             results = looks([candidates[i] for i in run], measuring)
             best = results[-1]
@@ -192,6 +197,7 @@ def _climbed(
         before, stuck = steps, stuck + 1 if steps >= 0.5 * before else 0
         # two runs assume the lowest order: a third one mostly shows that the errors are smaller
         run.append(_next(tolerances, run[-1], (2.0 if len(run) == 2 else 0.5) * most / steps))
+        foresee(ladder, candidates[run[-1]], measuring, measuring.slack(candidates[run[0]]))  # mostly the last
 
 
 def _next(tolerances: Sequence[float], at: int, part: float) -> int:

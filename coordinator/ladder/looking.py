@@ -2,6 +2,7 @@
 witnesses, which are levels that model what the candidate's level omits."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import inf
 
@@ -82,9 +83,18 @@ def _look(
 
 def with_level(look: Look, ladder: Ladder, measuring: Measuring) -> Look:
     """Return the errors of a run's figures after adding the measured error due to its model level."""
+    if foresee(ladder, look.candidate, measuring, measuring.slack(look.candidate)):
+        with suppress(HeavyliftError):  # computed meanwhile; errors are reported where they are used
+            errors_of_limits(look, measuring)
     model = error_of_level(ladder, look.candidate, measuring)
     pairs = (*witnesses(ladder, look.candidate, measuring)[:1], *look.pairs)
     return replace(look, error=added(look.error, model), model=model, pairs=pairs)
+
+
+def foresee(ladder: Ladder, candidate: ModelLevel, measuring: Measuring, slack: bool) -> bool:
+    """Begin the run of the first witness of a candidate in a process beside; return whether it goes on there."""
+    levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
+    return bool(levels) and measuring.begin(_beside(own, slack).on(levels[0]))
 
 
 def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
@@ -110,12 +120,16 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
     witness of the finest level is the next coarser one.
     """
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
-    # what hangs on slack ropes swings as fast as their waves, which loose steps damp at both levels
-    beside = own.within(CLOSE) if measuring.slack(own) else own
+    beside = _beside(own, measuring.slack(own))
     # waves along ropes and undamped modes are seen by some levels only: compare with all that restore them
     if len(levels) > 1 and not undamped(system(candidate.plan)):
         levels = levels if any(measuring.slack(x, hooks=True) for x in (own, beside.on(levels[0]))) else levels[:1]
     return [(own, beside.on(level)) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
+
+
+def _beside(own: ModelLevel, slack: bool) -> ModelLevel:
+    # what hangs on slack ropes swings as fast as their waves, which loose steps damp at both levels
+    return own.within(CLOSE) if slack else own
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:

@@ -7,14 +7,15 @@ sampling.
 from collections.abc import Callable, Sequence
 from math import inf
 from threading import Thread
-from typing import NamedTuple
 
 import msgspec
-from heavylift.coordinator.record.in_memory import CUT, Judge, compiled, play
+from heavylift.coordinator.record.in_memory import CUT, play
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import Asked, Fidelity
+from heavylift.nodes.plan.plan import Plan
 
-from .figures import AskedFigure, figures, judged
+from .beside import Aside, Seen, Spent, compiled, compiling, possible, running
+from .figures import AskedFigure
 from .model_levels import ModelLevel
 
 DENSER, MOST = 4.0, 60_000  # times the samples, where a figure may be misread; at most of them in a run
@@ -23,31 +24,27 @@ Errors = dict[str, float]  # relative, by figure
 Key = tuple[Fidelity, str, float, float | None]  # of a candidate
 
 
-class Spent(NamedTuple):
-    """Time that a run has taken [s]: CPU time before the run and during it, and wall time from its beginning to its
-    end."""
-
-    start_s: float
-    cpu_s: float
-    wall_s: float
-
-
 class Measuring:
     """Runs a plan at different model levels and time steps, each only once, and compares the figures of these runs."""
 
     def __init__(
         self, ask: Sequence[Asked], limit: Callable[[], float] = lambda: inf,
-        say: Callable[[str], None] = lambda message: None,
+        say: Callable[[str], None] = lambda message: None, aside: Aside | None = None,
     ) -> None:  # fmt: skip
-        self.ask, self._limit, self._report = ask, limit, say
+        """`aside` starts processes for compilation and for runs whose wall time is not limited."""
+        self.ask, self._limit, self._report, self._aside = ask, limit, say, aside
         self.factor = 1.0  # times the samples of the scene
-        self.spent: dict[Key, Spent] = {}
         self._samples = 0
         self._failed: dict[Key, HeavyliftError] = {}
-        self._slack: dict[Key, frozenset[str]] = {}
+        self._seen: dict[Key, Seen] = {}
         self._read: dict[Key, dict[str, AskedFigure]] = {}
-        self._judges: dict[Key, Judge] = {}
-        self._ahead: dict[Fidelity, Thread] = {}
+        self._compiling: dict[Fidelity, Callable[[], object]] = {}
+        self._running: dict[tuple[Key, float], Callable[[], Seen | None]] = {}  # beside, with their factors
+
+    @property
+    def spent(self) -> dict[Key, Spent]:
+        """The time that each run has taken."""
+        return {key: seen.spent for key, seen in self._seen.items()}
 
     @property
     def seen(self) -> dict[str, AskedFigure]:
@@ -55,13 +52,28 @@ class Measuring:
         return {name: f for read in self._read.values() for name, f in read.items() if f.asked}
 
     def prepare(self, candidate: ModelLevel) -> None:
-        """Compile in a separate thread the machine code for a later run, while another run goes on.
+        """Begin to compile the machine code for a later run, while another run goes on."""
+        plan = candidate.plan
+        if any(key[0] == plan.fidelity for key in self._seen):
+            return
+        if self._aside and possible(plan):
+            self._compiling[plan.fidelity] = compiling(self._aside, plan)
+        else:
+            thread = Thread(target=compiled, args=(plan,))
+            thread.start()
+            self._compiling[plan.fidelity] = thread.join
 
-        The native code that runs meanwhile does not hold the interpreter's lock.
-        """
-        if not any(key[0] == candidate.plan.fidelity for key in self.spent):
-            self._ahead[candidate.plan.fidelity] = Thread(target=compiled, args=(candidate.plan,))
-            self._ahead[candidate.plan.fidelity].start()
+    def begin(self, candidate: ModelLevel) -> bool:
+        """Begin a later run in a process beside; return whether it goes on there."""
+        key, plan = (candidate.key, self.factor), candidate.plan
+        known = key in self._running or candidate.key in {**self._read, **self._failed}
+        if self._aside and not known and possible(plan) and self._limit() == inf:
+            compiled = self._compiling.get(plan.fidelity, lambda: None)
+            self._running[key] = running(self._aside, self._dense(candidate), self.ask, compiled)
+        return key in self._running
+
+    def _dense(self, candidate: ModelLevel) -> Plan:
+        return msgspec.structs.replace(candidate.plan, samples_hz=self.factor * candidate.plan.samples_hz)
 
     def figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
         """Return the figures of a run at this model level and time step; raises HeavyliftError if the run failed."""
@@ -72,35 +84,32 @@ class Measuring:
         if candidate.key in self._failed:
             raise self._failed[candidate.key]
         if candidate.key not in self._read:
-            if ahead := self._ahead.pop(candidate.plan.fidelity, None):
-                ahead.join()
-            dense = msgspec.structs.replace(candidate.plan, samples_hz=self.factor * candidate.plan.samples_hz)
             try:
-                run = play(dense, self._limit())
+                seen = self._running.pop((candidate.key, self.factor), lambda: None)() or self._run(candidate)
             except HeavyliftError as error:
                 # a run cut by the clock says nothing about the candidate, and may be repeated
                 if CUT not in str(error):
                     self._failed[candidate.key] = error
                 raise
-            self.spent[candidate.key] = Spent(run.start_s, run.cpu_s, run.prepared_s + run.wall_s)
-            self._slack[candidate.key] = run.slack
-            self._read[candidate.key] = {f.name: f for f in figures(run, self.ask)}
-            if candidate.plan.limits:
-                self._judges[candidate.key] = run.judge
-            self._samples = len(run.t)
-            self._report(f"{candidate.name}: {run.cpu_s:.2g} s")
+            self._seen[candidate.key], self._samples = seen, seen.samples
+            self._read[candidate.key] = {f.name: f for f in seen.figures}
+            self._report(f"{candidate.name}: {seen.spent.cpu_s:.2g} s")
         return self._read[candidate.key]
+
+    def _run(self, candidate: ModelLevel) -> Seen:
+        self._compiling.pop(candidate.plan.fidelity, lambda: None)()
+        return Seen.of(play(self._dense(candidate), self._limit()), self.ask)
 
     def limits(self, candidate: ModelLevel, values: bool = False) -> dict[str, AskedFigure]:
         """Return, by name, the utilisations and the smallest clearance of an earlier run of this candidate; empty if
         there was none."""
-        judge = self._judges.get(candidate.key)
-        return {f.name: f for f in judged(judge, values=values)} if judge else {}
+        seen = self._seen.get(candidate.key)
+        return {f.name: f for f in seen.limits(values)} if seen else {}
 
     def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
         """Return whether any rope (if `hooks`: any hook rope) goes slack in a run at this model level and time step."""
         self.figures(candidate)
-        found = self._slack[candidate.key]
+        found = self._seen[candidate.key].slack
         return any(hook.rope in found for m in candidate.plan.machines for hook in m.hooks) if hooks else bool(found)
 
     def misread(self, candidate: ModelLevel) -> Errors:

@@ -14,7 +14,7 @@ from typing import Generic, NamedTuple, TypeVar
 from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Steppable, Tag, seconds
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving, goes_on
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving, goes_on, taken_over
 from heavylift.nodes.plan.plan import Plan
 
 from .configuration import PATIENCE_ns, Wiring, kernel_config, postponed, wiring
@@ -101,13 +101,16 @@ class _Built(NamedTuple):
         return cls(plan, models, configured(plan, models), wires, homes, acting)
 
 
-_SPARE: list[_Built] = []  # of the last run that came to its end, for the next one of the same plan
+_SPARE: list[_Built] = []  # of the last run that came to its end, for the next one of a plan of equal structure
 
 
 def _spare(plan: Plan) -> _Built | None:
-    """Take the models of an equal plan whose run is over, if they are still there; threads take them once."""
+    """Take the models of a plan of equal structure whose run is over, if they are still there; threads take them
+    once."""
     with suppress(IndexError):
         built = _SPARE.pop()
         if built.plan == plan:
             return built
+        if taken_over(built.models, built.plan, plan):
+            return built._replace(plan=plan, config=configured(plan, built.models))
     return None

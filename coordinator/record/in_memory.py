@@ -5,7 +5,6 @@ A run that takes longer than its limit is stopped; like any other early end, thi
 
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
@@ -17,7 +16,6 @@ from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector, Every
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.limits.checks import Errors
 from heavylift.nodes.plan.limit import Use
@@ -211,14 +209,3 @@ def play(
         max(times[-1].item(), events[-1].t if events else 0), unfinished,
         looks.finish(), prepared - began, started - start, wall, cpu, errors or {},
     )  # fmt: skip
-
-
-def compiled(plan: Plan) -> None:
-    """Compile the machine code for a plan in advance, so that its run starts at once; errors are left to the run to
-    report."""
-    from heavylift.coordinator.participants.kernel_node import KernelNode
-    from heavylift.coordinator.participants.rows import RowSink
-    from heavylift.coordinator.participants.session import Session
-
-    with suppress(HeavyliftError):
-        Session(plan, lambda config: KernelNode(config, RowSink()))

@@ -10,6 +10,7 @@ a session of their own, so that Ctrl-C reaches the coordinator only, which ends 
 import contextlib
 import json
 import os
+import secrets
 import signal
 import subprocess
 import sys
@@ -60,6 +61,7 @@ class Processes(AbstractContextManager["Processes"]):
         self._next_check = 0.0
         self._hub: Hub | None = None
         self._commands: dict[str, Sequence[str]] = {}
+        self._aside: list[str] = []  # processes that are no nodes
         self._change = threading.Condition()
         self._threads: list[threading.Thread] = []
         life_line, life = os.pipe()
@@ -112,6 +114,8 @@ class Processes(AbstractContextManager["Processes"]):
         hub."""
         self._hub, self._commands = hub, dict(commands)
         hub.supervise(self.deaths)
+        for name in self._aside:  # nobody waits for them any more
+            self._order(do="signal", signal=int(signal.SIGKILL), name=name)
         for process in commands:
             self.begin(process)
 
@@ -123,6 +127,22 @@ class Processes(AbstractContextManager["Processes"]):
             do="start", name=process, module=module, arguments=arguments, ticket=self._hub.ticket(process).to_text(),
             log=str(self.directory.log(process)),
         )  # fmt: skip
+
+    def aside(self, module: str, given: str) -> Callable[[], str]:
+        """Start a process that is no node: `main([])` of a module with the text `given` on standard input; return a
+        function that waits until it has ended, however it did, and returns its output."""
+        name = f"aside-{secrets.token_hex(4)}"
+        self._aside.append(name)
+        log = str(self.directory.log(name))
+        self._order(do="start", name=name, module=module, arguments=[], ticket=given, log=log)
+
+        def wait() -> str:
+            while name not in self._exits and not self._loss():
+                with self._change:
+                    self._change.wait(POLL_s)
+            return self.output(name)
+
+        return wait
 
     @property
     def owed_since(self) -> float | None:
@@ -208,7 +228,8 @@ class Processes(AbstractContextManager["Processes"]):
         if lost := self._loss():  # who is there may go on as long as nobody needs a keeper
             return {name: lost for name in self._commands if self.state(name) in GONE}
         with self._change:
-            exits, orphans, alive = dict(self._exits), dict(self._orphans), self._alive()
+            exits = {name: how for name, how in self._exits.items() if name not in self._aside}
+            orphans, alive = dict(self._orphans), self._alive()
         found = {name: f"its process {exit_message(how, self.output(name))}" for name, how in exits.items()} | orphans
         now = time.monotonic()
         if now >= self._next_check:
@@ -256,7 +277,7 @@ class Processes(AbstractContextManager["Processes"]):
                 stream.close()
 
     def _alive(self) -> list[str]:
-        return [node for node in self.pids if node not in self._exits]
+        return [node for node in self.pids if node not in (*self._exits, *self._aside)]
 
     def _order(self, **order: object) -> None:
         with self._change:

@@ -5,7 +5,7 @@ this tangent since the point before. The corrector iterates with the stiffness o
 computes a new one (Allgower, Georg, 2003, chapters 2 and 6).
 """
 
-from math import inf
+from math import inf, isfinite
 
 import numpy as np
 from heavylift.kernel.model.tangent_stiffness import SECOND
@@ -82,11 +82,10 @@ class Corrector:
             distance = tangent + (0.5 * dt / before) * (tangent - dt * slope)
         q = poses.moved(q, distance)
         # one corrector step with the old stiffness measures how far the prediction was off
-        step = poses.solve(poses.accelerations(q))  # stiff ropes have their lengths again, then stiffness is looked at
-        bend = float(np.abs(step).max(initial=0.0))
+        _, bend, q = poses.newton_step(q)  # stiff ropes have their lengths again, then stiffness is looked at
         if not bend <= 2.0 * BEND:
             return None, bend
-        last, q = self._K, poses.moved(q, step)
+        last = self._K
         self._stiffen(q)
         found = self.corrected(q)
         if found is None:
@@ -101,16 +100,13 @@ class Corrector:
         poses, last, fresh, stalled = self.poses, inf, 0, 0
         before = inf
         for _ in range(NEWTON):
-            a = poses.accelerations(q)
-            size = float(np.abs(a).max(initial=0.0))
-            if not np.isfinite(size):
+            size, distance, moved = poses.newton_step(q)
+            if not isfinite(size):
                 return None
             # accelerations that stopped falling are rounding of stiff laws
             stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
             if size <= STILL or last <= CLOSE or stalled >= 3:
                 return q
-            step = poses.solve(a)
-            distance = float(np.abs(step).max(initial=0.0))
             if not distance <= WIDEST:
                 return None
             # slow contraction: the stiffness has changed too much, compute a new one
@@ -119,11 +115,10 @@ class Corrector:
                     return None
                 fresh += 1
                 self._stiffen(q)
-                step = poses.solve(a)
-                distance = float(np.abs(step).max(initial=0.0))
+                _, distance, moved = poses.newton_step(q)
                 if not distance <= WIDEST:
                     return None
-            q = poses.moved(q, step)
+            q = moved
             # quadratic convergence: the next correction would be smaller than CLOSE
             if last < inf and distance * min(1.0, distance / last) <= CLOSE:  # the next one would be no step any more
                 return q

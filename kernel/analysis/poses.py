@@ -7,6 +7,7 @@ closed loops, `basis` spans the motions that they allow, and every pose is proje
 from typing import TYPE_CHECKING
 
 import numpy as np
+from heavylift.kernel.model.newton_step import REACHED
 from heavylift.kernel.model.tangent_stiffness import FOURTH
 
 if TYPE_CHECKING:
@@ -24,10 +25,11 @@ class Poses:
     def __init__(self, simulation: "Simulation") -> None:
         self.simulation = simulation
         p = simulation.program
-        fixed = {tree.v.start + k for tree, _ in p.instances for k in tree.prescribed_dofs}
-        self.free = [k for k in range(p.nv) if k not in fixed]
-        self._accounts = simulation.state[p.nq + p.nv :].copy()
         self._tangent = simulation.method.tangent
+        self.free = [*self._tangent.free]
+        self._rest = np.zeros(p.ny)  # the last pose of `newton_step`, and what was integrated before
+        self._accounts = self._rest[p.nq + p.nv :]
+        self._accounts[:] = simulation.state[p.nq + p.nv :]
         self._rows = np.ix_(self.free, self.free)
         self._velocities = p.nq + np.array(self.free, dtype=int)
         self._quaternions = np.array(p.quaternions, dtype=int)[:, None] + np.arange(4)
@@ -50,6 +52,10 @@ class Poses:
             "tangent", self._now, self._stands, simulation.P, self._guards, self._order, self._columns,
             self._work, self._J,
         )  # fmt: skip
+        self._reached = np.zeros(REACHED + p.nq)
+        self._step = simulation.native.bound(
+            "newton_step", self._now, self._rest, simulation.P, self._M, self._work, self._reached
+        )
         for link in p.graph.links:
             for k in range(link.v.start, link.v.stop):
                 self._columns[k, 1:] = k - link.v.start, link.q.start, link.q.stop
@@ -109,11 +115,10 @@ class Poses:
         """
         self.accelerations(q)
         native, nv = self.simulation.native, len(self._columns)
-        now = native["t"], native.among()
-        key = q.tobytes(), self._accounts.tobytes(), self.simulation.P.tobytes(), now, order, h
+        self._now[:], self._order[:] = (native["t"], native.among()), order
+        key = q.tobytes(), self._accounts.tobytes(), self.simulation.P.tobytes(), self._now.tobytes(), order, h
         if key == self._known[0]:  # as after a command that changes no force
             return self._known[1]
-        self._now[:], self._order[:] = now, order
         self._stands[:], self._guards[:] = self._y, self._G
         self._J[:] = 0.0
         asked = self._asked
@@ -152,6 +157,18 @@ class Poses:
             self._given[: self._B.shape[1]] = self._B.T @ a
         self._solve()
         return x.copy() if self._B is None else self._B @ x[: self._B.shape[1]]
+
+    def newton_step(self, q: np.ndarray) -> tuple[float, float, np.ndarray]:
+        """Return the largest acceleration at pose q (nq,), the largest component of the Newton step [m, rad], and the
+        pose that it reaches."""
+        if self._closed:
+            a = self.accelerations(q)
+            step = self.solve(a)
+            return float(np.abs(a).max(initial=0.0)), float(np.abs(step).max(initial=0.0)), self.moved(q, step)
+        native = self.simulation.native
+        self._now[:], self._rest[: len(q)] = (native["t"], native.among()), q
+        self._step()
+        return self._reached.item(0), self._reached.item(1), self._reached[REACHED:].copy()
 
     def sign(self) -> float:
         """Return the sign of the determinant of the matrix factorised by the last call of `factorise`."""

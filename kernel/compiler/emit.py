@@ -195,13 +195,17 @@ class Library:
         """Run a native function on contiguous float64 blocks; the caller must ensure that they are large enough."""
         self.bound(name, *blocks)()
 
-    def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """Return a native function bound to its blocks for repeated calls; the caller must keep the blocks alive."""
+    def bound(self, name: str, *blocks: np.ndarray, unlocked: bool = False) -> Callable[[], None]:
+        """Return a native function bound to its blocks for repeated calls; the caller must keep the blocks alive.
+
+        It runs without the interpreter's lock if `unlocked`, which costs a short function more than it takes.
+        """
         for b in blocks:
             assert b.dtype == _FLOAT, f"{name}: block of {b.dtype}"
         call = self._calls.get((name, len(blocks)))
         if call is None:
-            call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(blocks))(self.address(name))
+            prototype = ctypes.CFUNCTYPE if unlocked else ctypes.PYFUNCTYPE
+            call = prototype(None, *[ctypes.c_void_p] * len(blocks))(self.address(name))
             self._calls[name, len(blocks)] = call
         # from_buffer refuses what is not contiguous
         return partial(call, *[ctypes.addressof(_ANY.from_buffer(b)) for b in blocks])  # type: ignore[arg-type]

@@ -34,8 +34,8 @@ class Function:
 
     body(**blocks) -> {name: values, or (row, values) for a row of a table}. On floats a call runs the body itself;
     while another function is being traced a call adds one call node, so the machine code exists once. `vectors`:
-    outputs that callers receive as one vector symbol. `rare`: called between steps only, so a long function is compiled
-    without optimisation.
+    outputs that callers receive as one vector symbol. `rare`: called so seldom that a long function is compiled without
+    optimisation.
     """
 
     def __init__(

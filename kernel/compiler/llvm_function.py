@@ -10,6 +10,7 @@ from .vector_loops import Wide, is_long
 
 PIECE = 500  # instructions of one block of long code
 LONG = 8000  # instructions of code for which LLVM would take too long
+RARE = 300  # the same of a function that takes little of a run
 
 _LOADED = ("in", "slice", "ret")
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
@@ -86,7 +87,7 @@ class StraightLineCode:
                 base = f"%base_{name}"
             self.store(placed("" if name in f.rows else name, values), base, f"o_{name}")
         parameters = ", ".join(f"ptr noalias %{k}" for k in blocks_of(f))
-        attributes = "noinline nounwind" + (" optnone" if f.rare and len(self.body) > LONG else "")
+        attributes = "noinline nounwind" + (" optnone" if f.rare and len(self.body) > RARE else "")
         lines = [
             f"define void @{named_code(f, self.lanes, self.shared)}({parameters}) {attributes} {{",
             *self.head,

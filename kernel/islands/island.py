@@ -67,6 +67,7 @@ class Island(Simulation):
         self.given, self.subscribed = system, frozenset(name for _, name in self.program.guards)
         self.cuts = RecompileBudget(0.0 if cut_at_once else PRICE)
         self.merged = 0, 0  # entries of log and notes that are in the common ones
+        self.pace = 0.0  # steps times degrees of freedom per nanosecond, where it last ran ahead
         self.stand()
 
     def settle(self) -> None:
@@ -95,10 +96,17 @@ class Island(Simulation):
         self._resting: np.ndarray | None = None
         self.began = self.present_ns
 
+    def work(self, until_ns: int, most_ns: int) -> float:
+        """Return how much work `extend` is likely to take, in steps times degrees of freedom."""
+        return self.pace * (self._end(until_ns, most_ns) - self.began)
+
+    def _end(self, until_ns: int, most_ns: int) -> int:
+        return until_ns if self.refused else max(until_ns, self.due + min(self.span * self.recorder.sample_ns, most_ns))
+
     def extend(self, until_ns: int, most_ns: int, pause: Callable[[], None]) -> None:
         """Advance the island to a time [ns], then by up to `most_ns` more until an event or an error stops it."""
-        marked = self.began, mark(self)
-        end = until_ns if self.refused else max(until_ns, self.due + min(self.span * self.recorder.sample_ns, most_ns))
+        marked, end = (self.began, mark(self)), self._end(until_ns, most_ns)
+        steps = -self.native.attempts
         try:
             self.run(end, pause)
         except KernelError:  # it counts if nothing happens elsewhere before
@@ -110,6 +118,8 @@ class Island(Simulation):
         self.span *= 2
         self.marks.append(marked)
         self._look()
+        steps += self.native.attempts
+        self.pace = steps * self.program.nv / max(self.recorder.sample_ns, self.began - marked[0])
 
     def forget(self, before_ns: int) -> None:
         """Delete the saved states before a time [ns] to which the island could be rolled back."""
@@ -125,8 +135,7 @@ class Island(Simulation):
     def rewind(self, t_ns: int) -> None:
         """Roll the island back to a time [ns] that it has already passed."""
         if self.passed(t_ns):
-            while len(self.marks) > 1 and self.marks[-1][0] > t_ns:
-                self.marks.pop()
+            self.marks = [self.marks[0], *(m for m in self.marks[1:] if m[0] <= t_ns)]
             back(self, self.marks[-1][1])
             self.run(t_ns)
             self.span = 1
@@ -143,9 +152,15 @@ class Island(Simulation):
         return FOREVER_NS if self.still and not self.marks else self.earliest - 1
 
     def shown_at(self, t_ns: int) -> np.ndarray:
-        """Return the island's sample row at a time [ns], rolling back if the island has passed that time."""
-        self.rewind(t_ns)
-        return self.shown(t_ns)
+        """Return the island's sample row at a time [ns]; if it has passed that time, it runs there once more."""
+        if not self.passed(t_ns):
+            return self.shown(t_ns)
+        ahead = mark(self)
+        back(self, next(m for at, m in reversed(self.marks) if at <= t_ns or m is self.marks[0][1]))
+        self.run(t_ns)
+        row = self.shown(t_ns)
+        back(self, ahead)
+        return row
 
     @property
     def resting(self) -> np.ndarray | None:

@@ -150,11 +150,7 @@ class Islands(RunningAhead):
 
     def shown(self, t_ns: int) -> np.ndarray:
         """Return the sample row at a time without changing the state, as `Simulation.shown` does."""
-        ahead = [(p, p.snapshot()) for p in self.parts if p.passed(t_ns)]  # what they promised holds
-        row = self.samples.whole([p.shown_at(t_ns) for p in self.parts])
-        for p, kept in ahead:
-            p.restore(kept)
-        return row
+        return self.samples.whole([p.shown_at(t_ns) for p in self.parts])
 
     def preview(self) -> list[StateChange]:
         """Return the events that the next `fire` will return, without changing the state."""

@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
+from math import inf
 
 import numpy as np
 from heavylift.kernel.description.findings import Note
@@ -22,6 +23,7 @@ from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 from .island import Island
 from .sample_merge import Joining, logged, noted
 
+WORTH = 5000.0  # steps times degrees of freedom, about 0.7 ms: less is done before another thread wakes
 PAUSE_s = 0.025  # as often as one island calls `pause`
 
 Task = Callable[[Callable[[], None]], None]  # is given its own `pause`
@@ -32,40 +34,65 @@ class GivenUp(BaseException):
 
 
 class SideBySide:
-    """Pool of worker threads, one per processor, which start when there is parallel work."""
+    """Tasks in parallel: in the calling thread and in a pool of others, one thread per processor.
 
-    def __init__(self, threads: int = 0) -> None:
-        self._threads = threads or len(os.sched_getaffinity(0))
+    `worth`: work from which on threads pay, in steps times degrees of freedom.
+    """
+
+    def __init__(self, threads: int = 0, worth: float = WORTH) -> None:
+        self._threads, self._worth = threads or len(os.sched_getaffinity(0)), worth
         self._pool: ThreadPoolExecutor | None = None
 
-    def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
+    def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None], work: float = inf) -> None:
         """Run all tasks in parallel; raise the first failed task's exception.
 
-        The calling thread calls `pause` at short intervals until all tasks have ended."""
-        if len(tasks) < 2 or self._threads < 2:
+        The calling thread calls `pause` at short intervals until all tasks have ended. `work`: of all tasks, as
+        `worth`."""
+        threads = min(self._threads, len(tasks)) if work >= self._worth else 1
+        if threads < 2:
             for task in tasks:
                 task(pause)
             return
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(self._threads, "island")
-        over = False
+            self._pool = ThreadPoolExecutor(self._threads - 1, "island")
+        waiting, failed = iter(enumerate(tasks)), dict[int, Exception]()
+        over: BaseException | None = None
+
+        def asked() -> None:
+            nonlocal over
+            try:
+                pause()
+            except BaseException as error:
+                over = error
+                raise
 
         def proceed() -> None:
             if over:
                 raise GivenUp
 
-        futures = [self._pool.submit(task, proceed) for task in tasks]
+        def carry(pause: Callable[[], None]) -> None:
+            for i, task in waiting:
+                try:
+                    task(pause)
+                except Exception as error:
+                    failed[i] = error
+                proceed()
+
+        futures = [self._pool.submit(carry, proceed) for _ in range(threads - 1)]
         try:
+            carry(asked)
             while wait(futures, PAUSE_s).not_done:
-                pause()
-        finally:
-            over = True
-            wait(futures)
+                asked()
+        except BaseException as error:
+            over = over or error
+        wait(futures)
+        if over or failed:
+            raise over or failed[min(failed)]
         for future in futures:
             future.result()
 
 
-SPAN = 64  # periods of samples that islands run ahead of each other at most
+SPAN = 32  # periods of samples that islands run ahead of each other at most
 
 
 class RunningAhead(CommandTarget):
@@ -126,7 +153,8 @@ class RunningAhead(CommandTarget):
             soon = end + self._sample_ns  # who would be behind then goes on with them, as one call costs less than two
             able = behind if refused else [p for p in self.parts if p.due <= soon and not p.firing and not p.refused]
             most = SPAN * self._sample_ns
-            self._side_by_side.carry_out([partial(p.extend, end, most) for p in able], pause)
+            work = sum(p.work(end, most) for p in able)
+            self._side_by_side.carry_out([partial(p.extend, end, most) for p in able], pause, work)
             self._soonest = None
 
     def _reach(self, t_ns: int, whole: bool = False) -> None:

@@ -90,7 +90,7 @@ class Radau5(VelocitySpace):
         self.matrices = self._complex.stop
         self._solve_complex = solver("solve_complex", self._complex, n)
         self._speeds = Function("speeds", self._speeds_text, {"y": ny, "b": ny}, vectors=["x"])
-        self._carried = Function("carried", self._carried_text, {"y": ny, "b": ny, "v": n}, vectors=["x", "v_"])
+        self._carried = Function("carried", self._carried_text, {"y": ny, "b": ny, "v": n}, ["x", "v_"], rare=True)
 
     def constants(self) -> dict[str, Value]:
         return {**super().constants(), "moving": np.arange(self.program.ny) < self.n}  # no account

@@ -7,6 +7,8 @@ Implicit methods may take energy out of modes too fast for the step, which is th
 """
 
 from collections.abc import Callable
+from math import isfinite
+from typing import Any
 
 import numpy as np
 from heavylift.kernel.errors import KernelError
@@ -134,22 +136,20 @@ class Balance:
         self.loose = abs(self._carried) / self._turned
         return self.loose
 
-    def _read(self, kinetic: np.ndarray, parts: np.ndarray, held: float | np.ndarray = 0.0) -> tuple[np.ndarray, ...]:
-        """Return the energy created since the start and the largest turn-over so far, (n,) [J] each."""
+    def see(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
+        """Add n readings of the kinetic energy (n,) and the other energies (n, parts) [J] to the energy balance."""
+        turned = kinetic + np.abs(parts - self._start[1]).sum(axis=1)
+        self._turned = float(np.fmax.reduce(turned, initial=self._turned))
+
+    def fine(self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> bool:
+        """Return whether n energy readings are in balance, as `check` requires; if so, add them to the balance."""
         before, start = self._start
         changes = parts - start
         turned = np.fmax(kinetic + np.abs(changes).sum(axis=1), held)
         made = self._carried + (kinetic - before + changes.sum(axis=1))
         # a maximum over time, since energy at rest is zero and any error would be infinite relative to it
-        return made, np.fmax.accumulate(np.fmax(turned, self._turned))
-
-    def see(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
-        """Add n readings of the kinetic energy (n,) and the other energies (n, parts) [J] to the energy balance."""
-        self._turned = float(self._read(kinetic, parts)[1][-1])
-
-    def fine(self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> bool:
-        """Return whether n energy readings are in balance, as `check` requires; if so, add them to the balance."""
-        made, turned, allowed = self._allowed(kinetic, parts, slip, held)
+        turned = np.fmax.accumulate(np.fmax(turned, self._turned))
+        allowed = self._share * turned + self._noise(kinetic, np.abs(parts).sum(axis=1), slip)
         known = (made < 0.0) & (not self.strict and self.lost > 0.0)
         if not (np.isfinite(allowed) & ((np.abs(made) <= allowed) | known)).all():
             return False
@@ -157,35 +157,35 @@ class Balance:
         self.lost = max([self.lost, *-made[known]])
         return True
 
-    def _allowed(
-        self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        made, turned = self._read(kinetic, parts, held)
+    def _noise(self, kinetic: Any, others: Any, slip: Any) -> Any:
         # errors of size one tolerance in every step explain `slip`; round-off grows with the energies, not with their
         # changes
-        noise = ROUND_OFF * (kinetic + np.abs(parts).sum(axis=1)) + self._tolerance * slip
-        return made, turned, self._share * turned + noise
+        return ROUND_OFF * (kinetic + others) + self._tolerance * slip
 
     @property
     def _share(self) -> float:
         return STRAYED if self.strict else MADE
 
-    def check(self, where: str, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> None:
-        """Raise KernelError if readings of energies show that energy was created, or lost without heat.
+    def check(self, where: str, kinetic: float, parts: np.ndarray, slip: float, held: float) -> None:
+        """Raise KernelError if a reading of energies shows that energy was created, or lost without heat.
 
-        kinetic (1,); parts (1, parts): potential, stored, heats, and works with the opposite sign [J]; slip (1,):
-        energy [J] explained by an error of size one in every step; held (1,): largest energy of a rope since the last
-        reading [J], since a bounce may lie between two readings without motion; where: start of the message.
+        parts (parts,): potential, stored, heats, and works with the opposite sign [J]; slip: energy [J] explained by an
+        error of size one in every step; held: largest energy of a rope since the last reading [J], since a bounce may
+        lie between two readings without motion; where: start of the message.
         """
-        if not (np.isfinite(kinetic).all() and np.isfinite(parts).all()):
+        size = float(np.abs(parts).sum())
+        if not isfinite(kinetic + size):
             raise KernelError(f"{where}: its energies are not finite; check masses, forces and initial speeds")
-        (made,), (turned,), (allowed,) = self._allowed(kinetic, parts, slip, held)
-        self._turned = float(turned)
+        before, start = self._start
+        changes = parts - start
+        self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()), held)
+        made = self._carried + (kinetic - before + float(changes.sum()))
+        allowed = self._share * self._turned + self._noise(kinetic, size, slip)
         if abs(made) <= allowed:
             return
         # numerical damping of stiff modes is the purpose of implicit methods; it is reported, not refused
         if made < 0.0 and not self.strict:
-            self.lost = max(self.lost, -float(made))
+            self.lost = max(self.lost, -made)
             return
         message = f"{made:.3g} J were created from nothing" if made > 0.0 else f"{-made:.3g} J were lost without heat"
         raise KernelError(

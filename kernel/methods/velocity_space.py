@@ -44,7 +44,7 @@ class VelocitySpace(Method):
         self.matrices = self._real.stop
         self._solve = solver("solve_real", self._real, n)
         self._times_J_q = product("stiffness_times", n, self._row, 0)
-        self._displaced = Function("displaced", self._displaced_text, {"y": ny, "u": n, "w": n}, vectors=["x"])
+        self._displaced = Function("displaced", self._displaced_text, {"y": ny, "u": n, "w": n}, ["x"], rare=True)
         at = slice(program.nq, program.nq + n)
         self._velocities = Function("velocities", lambda y: {"x": y[at]}, {"y": ny}, vectors=["x"])
 

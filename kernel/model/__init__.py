@@ -11,7 +11,7 @@ quantities           formulas of the signals that thresholds guard and samples c
 switching            discrete states of laws, and their changes when a guard has become negative
 references           references of actuators: profiles, masters, time histories of signals
 wave_pieces          irregular waves as cubic pieces
-tangent_stiffness    derivatives of the accelerations along all coordinates
+tangent_stiffness    derivatives of the accelerations along all coordinates; newton_step: a step toward rest
 reactions            constraint Jacobian at a pose, mobility, joint reactions
 """
 

@@ -23,6 +23,7 @@ from heavylift.kernel.multibody.graph import coordinate_names
 from heavylift.kernel.multibody.kinematics import body_inertia, elastic, kinematics, shared_inertia
 from heavylift.kernel.multibody.trees import with_numbers
 
+from .newton_step import newton_step
 from .program import Program
 
 FOURTH, SECOND = (2.0 / 3.0, -1.0 / 12.0), (0.5, 0.0)  # order of central differences: weights of h f'(0)
@@ -32,7 +33,7 @@ Rate = Callable[..., SimpleNamespace]  # (t (2,), y (ny,), P) -> dy, T, G, ... b
 
 @dataclass(frozen=True)
 class Tangent:
-    """Native functions that compute the tangent stiffness of a scene; n: free degrees of freedom.
+    """Native functions that compute the tangent stiffness of a scene.
 
     `abreast`: largest number of degrees of freedom of a joint; as many evaluations give the coordinate rates of unit
     velocities, for all joints at once. Block G: guards. Block J: per velocity the derivative of all accelerations
@@ -41,9 +42,15 @@ class Tangent:
 
     nq: int
     nv: int
-    n: int
+    free: tuple[int, ...]  # velocities that no drive prescribes
+    quaternions: tuple[int, ...]  # first coordinates of them
     abreast: int
     sizes: dict[str, int]  # of the arrays that `rate` returns, the derivative (ny,) first
+
+    @property
+    def n(self) -> int:
+        """Number of free degrees of freedom."""
+        return len(self.free)
 
     @cached_property
     def factors(self) -> FactorLayout:
@@ -58,9 +65,9 @@ class Tangent:
     def functions(self, rate: Rate) -> list[Primitive]:
         """Return the native functions that compute the tangent stiffness, factorise it, and solve with its factors.
 
-        `tangent`(t, y, P, G, order, columns, work, J), `factorise_tangent`(M), `solve_tangent`(M, b, tail, x). order:
-        weights of the two differences; columns (nv, 4): difference step (0: skip this column), number of the evaluation
-        with its coordinate rates, and the range of coordinates that it displaces.
+        `tangent`(t, y, P, G, order, columns, work, J), `factorise_tangent`(M), `solve_tangent`(M, b, tail, x), and the
+        `newton_step`. order: weights of the two differences; columns (nv, 4): difference step (0: skip this column),
+        number of the evaluation with its coordinate rates, and the range of coordinates that it displaces.
         """
         c = LoopEmitter("factorise_tangent", ["M"])
         self.factors.factorise(c)
@@ -70,7 +77,9 @@ class Tangent:
             return {}
 
         factorised = Primitive(c.name, factorise, {"M": OPAQUE}, {}, c.text())
-        return [self._differences(rate), factorised, solver("solve_tangent", self.factors, self.n)]
+        solved = solver("solve_tangent", self.factors, self.n)
+        moved = newton_step(rate, self.sizes, self.nq, self.free, self.quaternions, self.factors)
+        return [self._differences(rate), factorised, solved, moved]
 
     def _differences(self, rate: Rate) -> Primitive:
         inputs = dict.fromkeys(("t", "y", "P", "G", "order", "columns", "work", "J"), OPAQUE)

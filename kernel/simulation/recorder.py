@@ -34,7 +34,7 @@ class SampleRecorder:
         native = self._native
         if native["row"] > 0.0:
             rows = native.table[: int(native["row"])].copy()
-            notable, start = np.flatnonzero(self._notable(rows)), 0
+            notable, start = self._notable(rows).nonzero()[0].tolist(), 0
             for end in [*notable, len(rows)]:
                 self._take(rows[start:end])
                 self._look(rows[end : end + 1])
@@ -55,8 +55,12 @@ class SampleRecorder:
         at, program = native.method.row_layout.at, native.program
         if self.steps:
             return np.ones(len(rows), dtype=bool)
-        notable = wound_up(rows[:, at["length"]]).any(axis=1) | off_beams(program, rows[:, at["q"]])
-        return notable | compressed(native, rows) if program.compressible else notable
+        notable: np.ndarray = np.any(wound_up(rows[:, at["length"]]), axis=1)
+        if program.sliders:
+            notable |= off_beams(program, rows[:, at["q"]])
+        if program.compressible:
+            notable |= compressed(native, rows)
+        return notable
 
     def _take(self, rows: np.ndarray) -> None:
         """Store samples (n, columns) that need no check one by one, unless their energies need one."""

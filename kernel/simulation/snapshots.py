@@ -5,9 +5,8 @@ references with their starts, the log and notes, and the number of the next samp
 """
 
 from collections.abc import Mapping
-from copy import copy
-from functools import reduce
 from hashlib import sha256
+from operator import attrgetter
 from pickle import dumps, loads
 from typing import Any
 
@@ -34,19 +33,18 @@ KEPT: Table = {
     "references": ("actuators",),
     "switches": ("watched",),
 }
+CHANGEABLE = (np.ndarray, list, dict)
 IN_PLACE = ("X", "P", "M", "rows", "notes")  # as all tables are: they are in other hands, too
 
 
 def _part(run: object, path: str) -> object:
-    return reduce(getattr, path.split("."), run) if path else run
+    return attrgetter(path)(run) if path else run
 
 
 def read(run: object, table: Table) -> Snapshot:
     """Return the state of all parts of a simulation by name, without copying it."""
-    parts = {path: _part(run, path) for path in table}
-    return {
-        path: {name: getattr(x, name) for name in table[path] or vars(x)} for path, x in parts.items() if x is not None
-    }
+    found = {path: (vars(x), names) for path, names in table.items() if (x := _part(run, path)) is not None}
+    return {path: {name: of[name] for name in names or of} for path, (of, names) in found.items()}
 
 
 def write(run: object, state: Snapshot) -> None:
@@ -87,12 +85,22 @@ def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:
 
 def mark(run: object) -> Snapshot:
     """Return a copy of the state that changes between events, which `back` restores; cheaper than a snapshot."""
-    return {path: {k: copy(x) for k, x in values.items()} for path, values in read(run, CHANGED).items()}
+    return {path: {k: _own(x) for k, x in values.items()} for path, values in read(run, CHANGED).items()}
 
 
 def back(run: object, marked: Snapshot) -> None:
     """Roll a simulation back to a state that `mark` saved after the last event; the state can be reused."""
-    write(run, {path: {k: copy(x) for k, x in values.items()} for path, values in marked.items()})
+    for path, values in marked.items():
+        part = vars(_part(run, path))
+        for name, x in values.items():
+            if name not in IN_PLACE:
+                part[name] = _own(x)
+            elif x is not None:
+                part[name][:] = x
+
+
+def _own(x: Any) -> Any:
+    return x.copy() if isinstance(x, CHANGEABLE) else x
 
 
 def foreign() -> KernelError:

@@ -26,9 +26,8 @@ class MachineModel(RealObject):
 
     def __init__(self, mechanism: Mechanism) -> None:
         super().__init__(mechanism.name)
-        self.mechanism, self.system = mechanism, mechanism.system
+        self.adopt(mechanism)
         self.actuators = {actuator.name: actuator for actuator in mechanism.actuators}
-        self.ropes = {rope.name: rope for rope in self.system.all_ropes}
         names, own = (x.name for group in GROUPS for x in getattr(self.system, group)), f"{self.name}."
         self.common = own if all(name.startswith(own) for name in names) else ""
         self.inner = {piece for rope, parts in mechanism.pieces.items() for piece in parts if piece != rope}
@@ -52,6 +51,11 @@ class MachineModel(RealObject):
             self.take(HeldActor(self._name(held.name), held.name, held.held))
         for latch in mechanism.latches:
             self._latch(latch)
+
+    def adopt(self, mechanism: Mechanism) -> None:
+        """Take a mechanism as the machine's own; its parts are left as they are."""
+        self.mechanism, self.system = mechanism, mechanism.system
+        self.ropes = {rope.name: rope for rope in self.system.all_ropes}
 
     def _latch(self, latch: BrakeLatch) -> None:
         """Connect the slings of a latch with the brake of the latch."""

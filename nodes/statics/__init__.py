@@ -3,7 +3,8 @@
 follow(plan) -> Followed    all states on the path, with the actions that led there; notes, and why it ended
 StaticState                 a state on the path: poses, and loads on ropes and supports
 
-static_path, static_run     the action list followed statically, with the same DEVS models as in a run
+static_path, static_run     the action list followed statically
+models_at_rest              the DEVS models for that, the same as in a run
 contact_limits              rigid contacts, at which the path ends
 aiming                      end positions of moves to above lugs
 swinging, listening         ramps that leave no swing, from the swing periods on the path

@@ -54,7 +54,10 @@ def first_rest(built: plan.Plan) -> StaticState:
     """Return the equilibrium of a plan at the start; raises KernelError if there is none."""
     from .static_run import StaticRun
 
-    return StaticRun(at_rest(built)).rest()
+    run = StaticRun(at_rest(built))
+    found = run.rest()
+    run.give_back()
+    return found
 
 
 def _walked(whole: plan.Plan) -> Followed:
@@ -65,6 +68,8 @@ def _walked(whole: plan.Plan) -> Followed:
     unstable = r.path.unstable_since
     notes = tuple((note.t_ns * 1e-9, note.sentence) for note in r.path.notes)
     since = None if unstable is None else unstable * 1e-9
+    if not r.why:
+        r.give_back()
     return Followed(tuple(r.states), tuple(r.acted), notes, r.why, since, r.cut, tuple(r.tripped))
 
 

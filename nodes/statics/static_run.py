@@ -17,46 +17,18 @@ from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateChange as Switched
 from heavylift.kernel.simulation.native.samples import shown
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, seconds, succ
-from heavylift.nodes.models import COMMANDER, KERNEL, CommanderModel, build, couplings, subscriptions, system
-from heavylift.nodes.models.commander.actuator_registry import TURN, first_lugs
+from heavylift.nodes.devs import Tag, seconds, succ
+from heavylift.nodes.models import subscriptions, system
+from heavylift.nodes.models.commander.actuator_registry import TURN
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan.plan import Plan
 
 from .contact_limits import apart, meets, there
+from .models_at_rest import Models
 from .state import REEVING, Acted, Pose, StaticState, reeved
 
 LAST_NS = 100 * 3600 * 10**9  # simulated time after which a list that has not ended never does
 WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
-
-
-class Models(Coupled):
-    """All models of a scene except the kernel, connected to each other for a static calculation."""
-
-    stage = Out(m.Stage)
-    finished = Out(m.Finished)
-
-    def __init__(self, plan: Plan) -> None:
-        super().__init__(plan.name)
-        self.models = build(plan)
-        for model in self.models.values():
-            self.add(model)
-        for source, out, target, into in couplings(plan):
-            if target == KERNEL:
-                self.connect(self.models[source].ports[out], self.add_out(into, m.KernelInput))
-            elif source == KERNEL:
-                self.connect(self.add_in(out, m.StateEvent), self.models[target].ports[into])
-            else:
-                self.connect(self.models[source].ports[out], self.models[target].ports[into])
-        self.connect(self.commander.stage, self.stage)
-        self.connect(self.commander.finished, self.finished)
-
-    @property
-    def commander(self) -> CommanderModel:
-        """The model of the commander, which executes the action list."""
-        model = self.models[COMMANDER]
-        assert isinstance(model, CommanderModel)
-        return model
 
 
 class StaticRun:
@@ -70,8 +42,7 @@ class StaticRun:
         # set-points of user models need simulated signals, which statics does not have
         plan = msgspec.structs.replace(plan, models=())  # what they lead stands
         self.plan, self.after, self.why, self.cut = plan, after, "", ""
-        self.models = Models(plan)
-        self._lugs = first_lugs(self.models.commander.actions.known.parts)
+        self.models = Models.of(plan)
         self._receives = subscriptions(plan, self.models.models)
         placed = _placed(system(plan, self.models.models))
         self._contacts = placed.contacts
@@ -95,12 +66,11 @@ class StaticRun:
     def walk(self) -> None:
         """Follow the action list statically to its end, to the end of a stage, or as far as an equilibrium exists."""
         end = LAST_NS if self.plan.end is None else seconds(self.plan.end)
-        # output functions are checked for purity in runs; here each costs time only
-        self.simulator = Simulator(self.models, microsteps=self.plan.microsteps, watched=False)
         try:
             happened = self.path.start()
             self._collect()
             happened += self._tight()
+            self.simulator = self.models.simulator
             self.simulator.start()
             first = self.models.commander.actions
             self.acted += [self._begun()] * first.index
@@ -129,6 +99,10 @@ class StaticRun:
         if not self.why and not self.over:
             waits = self.models.commander.waiting_for()
             self.cut, self.why = (waits, "") if self.ended else ("", waits)
+
+    def give_back(self) -> None:
+        """Leave the models to the next static run of a plan of equal structure; this run must not use them again."""
+        self.models.give_back()
 
     # ---- models and path ----------------------------------------------------------------------------------
 
@@ -230,12 +204,12 @@ class StaticRun:
     def _collect(self, number: int | None = None) -> None:
         """Store the new points of the path as states of an action."""
         commander = self.models.commander.actions
-        number = getattr(commander, "index", 0) if number is None else number
+        number = commander.index if number is None else number
         action = self.plan.actions[number - 1] if number else None
         stage = (action.stage or f"action {number}") if action else "at the start"
         new, self.path.points[:] = list(self.path.points), []
         for rest in new:
-            state = self._state(rest, number, stage, dict(getattr(commander, "lugs", self._lugs)))
+            state = self._state(rest, number, stage, dict(commander.lugs))
             self._look(state)
             self.states.append(state)
 

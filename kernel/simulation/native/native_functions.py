@@ -25,7 +25,7 @@ from .peaks import FLAGS, POINTS, climb, slope
 from .sample_row import columns, halted, kick, kicking, projection, row_layout, survey, surveying
 from .steps import Row, bisect, close, commit, complete, dive, look, refresh, sample, step
 
-RARE = "sample", "look", "refresh", "slope", "climb", "dive"  # between steps
+OFTEN = "step", "take", "iterate"  # of the functions on whole blocks: at each stage or iteration of a step
 
 
 class Stepping:
@@ -107,8 +107,8 @@ class Stepping:
             self.functions["kick"] = self._plain("kick", lambda s, P: kick(s, P, kicked))
         self.functions["rate"] = self.f_rate
         abreast = max([1, *(k.v.stop - k.v.start for k in p.graph.links)])
-        free = sum(len(tree.free_dofs) for tree, _ in p.instances)
-        self.tangent = Tangent(nq, nv, free, abreast, self.rate_sizes)
+        free = tuple(tree.v.start + k for tree, _ in p.instances for k in tree.free_dofs)
+        self.tangent = Tangent(nq, nv, free, tuple(p.quaternions), abreast, self.rate_sizes)
         self.functions |= {f.name: f for f in self.tangent.functions(self.f_rate)}
         at, f = self.layout.at, self.functions
         if p.locked:
@@ -153,7 +153,7 @@ class Stepping:
             s.y = at_once(t=[s.t], y=s.y, P=P).after
             return {"X": self.layout.pack(s)}
 
-        return Function("halt", body, {"X": self.layout.size, "P": OPAQUE})
+        return Function("halt", body, {"X": self.layout.size, "P": OPAQUE}, rare=True)
 
     def _projecting(self, name: str, part: Callable[..., None]) -> Function:
         """Return a native function of the blocks X (scalars) and P that runs `part(s, project)`; `project` may be
@@ -169,7 +169,7 @@ class Stepping:
             part(s, P)
             return {"X": self.plain.pack(s)}
 
-        return Function(name, body, {"X": self.plain.size, "P": OPAQUE})
+        return Function(name, body, {"X": self.plain.size, "P": OPAQUE}, rare=True)
 
     def _on_method(
         self, name: str, part: Callable[..., Value], matrices: bool = False, plain: bool = False
@@ -196,7 +196,7 @@ class Stepping:
             return {"X": layout.pack(s), **written}
 
         inputs = {"X": layout.size, "P": len(self.program.parameters.initial) if plain else OPAQUE}
-        return Function(name, body, inputs | ({"M": OPAQUE} if matrices else {}), rare=name in RARE)
+        return Function(name, body, inputs | ({"M": OPAQUE} if matrices else {}), rare=name not in OFTEN)
 
 
 class Oracle:

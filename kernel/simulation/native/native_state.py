@@ -149,7 +149,9 @@ class NativeState:
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
         """Return a native function bound, for many calls, to blocks that the caller must keep alive."""
         code = self.code
-        return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
+        if isinstance(code, Library):
+            return code.bound(name, *blocks, unlocked=name == "advance")  # many steps; all others are short
+        return partial(code.call, name, *blocks)
 
     # ---- state --------------------------------------------------------------------------------------------
 

@@ -198,12 +198,13 @@ class EnergyCheck:
         self._softness = np.array([0.5 / r.EA for r in p.system.ropes])  # of a metre: energy of a tension squared
 
     def energies(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return kinetic energies, and potential, stored, heat and negative work energies [J], of rows (n, columns)."""
-        return rows[:, self._kinetic], rows.take(self._parts, axis=1) * self._signs
+        """Return kinetic energies; potential, stored, heat and negative work energies of rows (..., columns) [J]."""
+        return rows[..., self._kinetic], rows.take(self._parts, axis=-1) * self._signs
 
     def begin(self, row: np.ndarray) -> None:
         """Restart the energy balance after an event or a command."""
-        self.balance.begin(float(row[self._kinetic]), row.take(self._parts) * self._signs)
+        kinetic, parts = self.energies(row)
+        self.balance.begin(float(kinetic), parts)
 
     def see(self, rows: np.ndarray) -> None:
         """Add the energies of sample rows (n, columns) to the energy balance."""
@@ -212,7 +213,8 @@ class EnergyCheck:
     def check(self, row: np.ndarray, t: float) -> None:
         """Raise KernelError for energy created or lost since the last event; t: simulation time [s]."""
         before = self.balance.lost
-        self.balance.check(f"{self._what} at {t:.3f} s", *self._reading(row[None]))
+        kinetic, parts, slip, held = self._reading(row)
+        self.balance.check(f"{self._what} at {t:.3f} s", float(kinetic), parts, float(slip), float(held))
         if self.balance.lost > 0.0 and not before:
             message = (
                 f"{self._what} at {t:.3f} s: {self.balance.lost:.3g} J, more than half of what was turned over, "
@@ -228,19 +230,20 @@ class EnergyCheck:
         return self.balance.fine(*self._reading(rows))
 
     def _reading(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the energies of `energies`, the effect of possible step errors, the largest rope energy (n,) [J]."""
+        """Return the energies of `energies`, the effect of possible step errors, the largest rope energy (...) [J]."""
         kinetic, parts = self.energies(rows)
-        gravity, mass = abs(self._native.program.system.gravity), self._mass
-        size = kinetic + np.abs(parts).sum(axis=1) + np.sqrt(2.0 * kinetic * mass) + gravity * mass
-        return kinetic, parts, rows[:, self._at["steps"]] * size, self._held(rows, rows[:, self._at["peak"]])
+        weight, mass = self._mass * abs(self._native.program.system.gravity), self._mass
+        size = kinetic + np.abs(parts).sum(axis=-1) + np.sqrt(2.0 * kinetic * mass) + weight
+        return kinetic, parts, rows[..., self._at["steps"]] * size, self._held(rows, rows[..., self._at["peak"]])
 
     def end(self, t: float) -> None:
         """Close the energy balance before an event or a command."""
         native = self._native
         row = native.raw()
-        self.balance.end(float(row[self._kinetic]), row.take(self._parts) * self._signs)
+        kinetic, parts = self.energies(row)
+        self.balance.end(float(kinetic), parts)
         highest = native.part("top" if "top" in native.at else "peak")
-        if part := self.balance.strayed(float(self._held(row[None], highest[None])[0])):
+        if part := self.balance.strayed(float(self._held(row, highest))):
             message = (
                 f"{self._what} at {t:.3f} s: {100.0 * part:.0f} % of the energy turned over has "
                 "come or gone with the errors that its tolerance allows; do not trust tensions, or choose a smaller one"
@@ -248,7 +251,7 @@ class EnergyCheck:
             native.notes.append(Note(round(t * 1e9), message))
 
     def _held(self, rows: np.ndarray, highest: np.ndarray) -> np.ndarray:
-        """Return the largest elastic energy of a rope (n,) [J], computed from the peak tensions (n, ropes) [N]."""
-        T = highest[:, : len(self._softness)]
-        held: np.ndarray = (T * T * rows[:, self._at["length"]] * self._softness).max(axis=1, initial=0.0)
+        """Return the largest elastic energy of a rope (...) [J], computed from the peak tensions (..., ropes) [N]."""
+        T = highest[..., : len(self._softness)]
+        held: np.ndarray = (T * T * rows[..., self._at["length"]] * self._softness).max(axis=-1, initial=0.0)
         return held

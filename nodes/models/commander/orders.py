@@ -35,8 +35,7 @@ class Orders(Atomic):
     def __init__(self, name: str, plan: Plan) -> None:
         """Create the model for the orders of a plan: the plan of the whole scene, or the part with one action list."""
         super().__init__(name)
-        self.plan, self.known, self.end = plan, Machines(plan), plan.first + len(plan.actions)
-        self.owners = self.known.owners
+        self.take(plan)
         self.own = plan.lists[0].machines if plan.lists else ()
         self.lists = self.add_out("lists", m.Report) if plan.lists else None  # to other lists
         targets = dict.fromkeys([*(self.own if plan.lists else machines(plan)), *watched(plan)])
@@ -49,6 +48,11 @@ class Orders(Atomic):
             if not plan.lists or led.move.model in self.own
         }
         self.to: dict[str, OutPort[m.Order]] = {name: self.add_out(f"order_{name}", m.Order) for name in targets}
+
+    def take(self, plan: Plan) -> None:
+        """Carry out the orders of a plan, which needs the ports that there are."""
+        self.plan, self.known, self.end = plan, Machines(plan), plan.first + len(plan.actions)
+        self.owners, self.index, self.lugs = self.known.owners, plan.first, first_lugs(plan.machines)
 
     def _clear(self) -> None:
         """Set the initial state, without open orders."""

@@ -1,6 +1,7 @@
 """Expansion of a crane or frame to the parts of its type: parameters are inserted, expressions evaluated, and names
 prefixed."""
 
+import marshal
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ NAMED = (  # sections whose keys are names of parts
 )
 BODIES = "parent", "child", "body", "on", "radius from"  # keys whose values name a body
 JOINTS = "joint", "slides"  # or joints
+MOST_MADE = 64
+_made: "dict[str, tuple[MachineType, bytes, SourceText]]" = {}  # parts of types without errors, with their marks
 
 
 @dataclass(frozen=True)
@@ -127,22 +130,37 @@ class Expansion:
 
     def _sections(self) -> dict[str, Data]:
         """Return all sections of the type's parts, without its description; its interlocks are added to the scene."""
-        made = {name: self._made(x, (name,), (name,)) for name, x in self.kind.data.items() if name not in HEADER}
-        self._interlocks()
-        return made
+        key, source = repr((self.at, self.base, self.given, self.written)), self.source
+        kind, parts, own = _made.get(key, (None, b"", source))
+        if kind is not self.kind:  # variants of a scene share most of them
+            self.source = own = SourceText(source.name)
+            made = {name: self._made(x, (name,), (name,)) for name, x in self.kind.data.items() if name not in HEADER}
+            self._interlocks()
+            self.source, parts = source, marshal.dumps((made, own.data.pop("interlocks", {})))
+            source.faults += own.faults
+            if self.computed and not own.faults:
+                _made[key] = self.kind, parts, own
+                for old in [*_made][: max(0, len(_made) - MOST_MADE)]:
+                    _made.pop(old, None)
+        for name in ("keys", "values", "given", "offered"):
+            getattr(source, name).update(getattr(own, name))
+        sections, interlocks = marshal.loads(parts)
+        if interlocks and isinstance(given := source.data.setdefault("interlocks", {}), dict):
+            given |= interlocks
+        result: dict[str, Data] = sections
+        return result
 
     def _interlocks(self) -> None:
-        """Add the interlocks of the type to those of the scene."""
-        own, base = self.kind.data.get("interlocks"), self.base
-        given = self.source.data.setdefault("interlocks", {}) if own else None
-        if not isinstance(own, dict) or not isinstance(given, dict):
+        """Make the interlocks of the type."""
+        own, base, given = self.kind.data.get("interlocks"), self.base, dict[str, Data]()
+        if not isinstance(own, dict):
             return
         self.base = ()
         for key, data in own.items():
             name = f"{self.name}.{key}"
             made = self._made(data, ("interlocks", key), ("interlocks", name))
             given[name] = {"on": self.name, **made} if isinstance(made, dict) else made
-        self.base = base
+        self.base, self.source.data["interlocks"] = base, given
 
     def _names(self, section: str) -> list[str]:
         found = self.kind.data.get(section)

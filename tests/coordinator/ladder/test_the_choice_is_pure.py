@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.ladder import ModelLevel, choosing, chosen, known, level_of
+from heavylift.coordinator.ladder.beside import Aside
+from heavylift.coordinator.participants import PRELOAD_SCENE
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.coordinator.run.verify import verify
+from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.sweeps import Task, measured_error, sweep
 from heavylift.kernel import cache
 from heavylift.nodes.scene import load, parse
@@ -62,6 +66,29 @@ def test_a_scene_gets_the_same_model_level_and_digest_whether_the_cache_is_empty
     rec = Recording(tmp_path / "cold.mcap")
     assert json.loads(rec.run["answer"])["told"] == str(answer)
     assert not verify(RecordedRun(tmp_path / "cold.mcap")).others
+
+
+def test_a_choice_is_the_same_whether_other_processes_run_a_part_of_it_or_fail_to(kept: dict[str, bytes]) -> None:
+    scene, text = load("lift", [*ASKED, "accuracy=0.5 %"]), list[str]()
+
+    def answer(aside: Aside | None) -> tuple[object, list[str]]:
+        kept.clear()
+        text.clear()
+        found = chosen(scene, text.append, aside)
+        return (found.answer, found.plan), [message.partition(":")[0] for message in text]
+
+    alone = answer(None)
+    with Processes(PRELOAD_SCENE) as crew:
+        outputs = list[str]()
+
+        def spied(module: str, given: str) -> Callable[[], str]:
+            wait = crew.aside(module, given)
+            return lambda: outputs.append(wait()) or outputs[-1]
+
+        assert answer(spied) == alone
+        assert any(outputs), "a run was made beside"
+    for output in ("", "Killed", "AAAA", "\xff"):
+        assert answer(lambda module, given, output=output: lambda: output) == alone  # type: ignore[misc]
 
 
 @pytest.mark.parametrize(

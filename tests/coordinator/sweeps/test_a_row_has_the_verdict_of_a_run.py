@@ -48,3 +48,15 @@ def test_a_study_row_is_green_only_if_the_errors_of_its_run_were_measured(name: 
     assert ("error" in first, "error" in second) == (True, False)
     assert "error unknown" not in first["verdict"]
     assert (second["state"], " error unknown" in second["verdict"]) == ("amber", True)
+
+
+def test_a_variant_has_the_same_row_whatever_ran_before_it_in_its_process() -> None:
+    task = Task.of(load("lift", ["end=12 s"]), 60.0, "none", True)
+    settings = ["block.mass=290 t", "rig.loaders.loader-2.sling=10.2 m", "factors.wind=12 m/s", "block.mass=310.5 t"]
+    variants = [Variant(n, (setting,), ()) for n, setting in enumerate(settings, 1)]
+    rows = {x.number: played(task, x) for x in variants}
+    again = {x.number: played(task, x) for x in reversed(variants)}
+    times = {"cpu_s", "wall_s"}
+    for n, row in rows.items():
+        assert {k: x for k, x in row.items() if k not in times} == {k: x for k, x in again[n].items() if k not in times}
+    assert len({row["digest"] for row in rows.values()}) == len(variants)

@@ -248,6 +248,49 @@ def test_the_factorised_tangent_stiffness_solves_its_linear_equations():
     assert poses.sign() == np.sign(np.linalg.det(np.eye(6) / 100.0 - K))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_native_newton_step_is_the_solution_of_its_parts_to_the_last_bit(seed):
+    draw = np.random.default_rng(seed)
+    turning = Joint("turn", "revolute", "world", "arm", axis=Y)
+    arm = Body("arm", 2e3, (1.0, 0.0, 0.0), cube(2e3, 2.0))
+    hook = Rope("hook", (Line(Point("arm", (3.0, 0.0, 0.0)), Point("block", (0.5, 0.4, 1.0))),), 1e6, 2.0)
+    scene = crossed()
+    driven = Drive("drive", "turn", "prescribed")
+    scene = replace(
+        scene,
+        bodies=(arm, *scene.bodies),
+        joints=(turning, *scene.joints),
+        ropes=(*scene.ropes, hook),
+        drives=(driven,),
+    )
+    native, floats = (Poses(s) for s in (Simulation(scene), Simulation(scene, native=False)))
+    for poses in (native, floats):
+        poses.simulation.start()
+        q = poses.moved(poses.q, 0.1 * np.ones(len(poses.free)))
+    assert len(native.free) < native.simulation.program.nv
+    for _ in range(3):
+        q = native.moved(native.q, draw.uniform(-0.3, 0.3, len(native.free)))
+        K = native.stiffness(q)
+        for poses in (native, floats):
+            poses.factorise(K, 10.0, None)
+        a = native.accelerations(q)
+        step = native.solve(a)
+        size, distance, reached = native.newton_step(q)
+        assert (size, distance) == (np.abs(a).max(), np.abs(step).max())
+        assert (reached == native.moved(q, step)).all()
+        others = floats.newton_step(q)
+        assert others[:2] == pytest.approx((size, distance), rel=1e-9)
+        assert others[2] == pytest.approx(reached, abs=1e-9)
+
+
+def test_a_newton_step_from_a_pose_without_finite_accelerations_has_no_finite_size():
+    poses = Poses(Simulation(crossed()))
+    poses.simulation.start()
+    poses.factorise(poses.stiffness(poses.q), 10.0, None)
+    size, distance, _ = poses.newton_step(np.full(len(poses.q), np.nan))
+    assert not np.isfinite([size, distance]).any()
+
+
 # ---- what it costs --------------------------------------------------------------------------------------------
 
 

@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 from heavylift.kernel.description import merge
 from heavylift.kernel.islands import Islands, SideBySide
+from heavylift.kernel.islands.island import Island
+from heavylift.kernel.islands.running_ahead import WORTH
 from two_loads import SECOND, TOLERANCE, G, lift, played, wind
 
 LIFTS = "abcde"
 THREADS = (2, 3, 8)
+SURE = 3.0  # times: events end what was foreseen
 
 
 def rows(threads: int, seed: int) -> list[tuple[int, bytes]]:
@@ -26,7 +29,7 @@ def rows(threads: int, seed: int) -> list[tuple[int, bytes]]:
     ]
     system = merge([lift(name, 10.0 * i) for i, name in enumerate(LIFTS)], G)
     islands = Islands(system, TOLERANCE, SECOND // 10)
-    islands._side_by_side = SideBySide(threads)
+    islands._side_by_side = SideBySide(threads, worth=0.0)
     played(islands, stages)
     return [(t, row.tobytes()) for t, row in islands.rows]
 
@@ -69,3 +72,33 @@ def test_an_interruption_stops_all_islands_before_its_error_is_raised(threads: i
     with pytest.raises(KeyboardInterrupt):
         SideBySide(threads).carry_out([endless] * 5, interrupt)
     assert not going
+
+
+@pytest.mark.parametrize(("work", "alone"), [(0.0, True), (WORTH, False)])
+def test_tasks_with_little_work_run_in_the_calling_thread_alone(work: float, alone: bool) -> None:
+    ran = set[threading.Thread]()
+    together = threading.Barrier(1 if alone else 2)
+
+    def task(pause: Callable[[], None]) -> None:
+        together.wait(10.0)
+        ran.add(threading.current_thread())
+
+    SideBySide(2).carry_out([task, task], lambda: None, work)
+    assert (ran == {threading.main_thread()}) == alone
+    assert len(ran) == (1 if alone else 2)
+
+
+def test_the_work_that_islands_foresee_is_that_of_the_steps_they_take(monkeypatch: pytest.MonkeyPatch) -> None:
+    foreseen, done = list[float](), list[float]()
+    extend = Island.extend
+
+    def noted(self: Island, until_ns: int, most_ns: int, pause: Callable[[], None]) -> None:
+        foreseen.append(self.work(until_ns, most_ns))
+        before = self.native.attempts
+        extend(self, until_ns, most_ns, pause)
+        done.append((self.native.attempts - before) * self.program.nv)
+
+    monkeypatch.setattr(Island, "extend", noted)
+    rows(1, 0)
+    assert max(done) > WORTH / 10.0
+    assert 1.0 / SURE < sum(foreseen) / sum(done) < SURE

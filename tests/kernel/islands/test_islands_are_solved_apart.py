@@ -12,7 +12,7 @@ from heavylift.kernel.description import Body, Joint, Measured, System, merge
 from heavylift.kernel.islands import Islands, islands_of, simulate
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import labels
-from two_loads import SECOND, TIED, TOLERANCE, TWO, UP, G, assert_alike, bodies, grid, islands, lift, one, played
+from two_loads import SECOND, TIED, TOLERANCE, TWO, UP, G, assert_alike, bodies, grid, islands, lift, one, played, wind
 
 # ---- what ties ----------------------------------------------------------------------------------------------
 
@@ -156,6 +156,23 @@ def test_the_division_of_calls_to_islands_and_additional_observers_change_no_res
     listening = answered(commands, None, SECOND // 8)
     assert [answered(commands, Random(seed + i), SECOND // 8) for i in (3, 4)] == [listening] * 2
     assert listening[:3] == alone[:3]
+
+
+def test_commands_to_one_lift_do_not_undo_the_steps_that_others_ran_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of many lifts, each is started by a command of its own; the rows of all at each command cost few steps more."""
+    many, taken = range(8), list[float]()
+    advance = Simulation._advance
+
+    def counted(self: Simulation, horizon: float) -> None:
+        before = self.native.attempts
+        advance(self, horizon)
+        taken.append(self.native.attempts - before)
+
+    monkeypatch.setattr(Simulation, "_advance", counted)
+    system = merge([lift(f"{i}", 10.0 * i) for i in many], G)
+    s = played(islands(system), [(1.0 + 0.1 * i, wind(f"{i}", -3.0)) for i in many])
+    assert isinstance(s, Islands)
+    assert sum(taken) < 2.0 * sum(p.native.attempts for p in s.parts)
 
 
 # ---- rows of one alone -----------------------------------------------------------------------------------------

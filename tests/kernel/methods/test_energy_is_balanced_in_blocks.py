@@ -12,7 +12,7 @@ def one_by_one(balance, readings):
     """The sentence with which it ends, and the reading at which."""
     for k, reading in enumerate(zip(*readings, strict=True)):
         try:
-            balance.check("here", *(np.array([x]) for x in reading))
+            balance.check("here", *reading)
         except KernelError as error:
             return str(error), k
     return "", READINGS

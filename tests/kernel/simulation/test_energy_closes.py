@@ -55,7 +55,7 @@ def test_the_energy_balance_of_a_winch_fails_without_the_strain_wound_up(monkeyp
         return replace(x, work=-x.shown[0] * signal[1])
 
     monkeypatch.setattr(RopeLaw, "answer", tension_only)
-    assert imbalance(hoist(2.0e5, cache=False)) > 1e-4
+    assert imbalance(hoist(1.9e5, cache=False)) > 1e-4  # another rope than before, whose functions are not traced yet
 
 
 def test_a_damper_omitted_from_the_energy_balance_is_detected(monkeypatch):

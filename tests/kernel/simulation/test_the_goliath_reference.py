@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from goliath import scene
+from heavylift.kernel.compiler import llvm_function
 from heavylift.kernel.simulation import Simulation
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "data" / "goliath_reference.json").read_text())
@@ -51,3 +52,17 @@ def test_strict_arithmetic_gives_bit_identical_results_at_every_optimisation_lev
         simulation.run(2_000_000_000)
         ends.append(simulation.X.tobytes())
     assert len(set(ends)) == 1
+
+
+@pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5"])
+def test_seldom_called_functions_give_the_same_bits_optimised_or_not(method, monkeypatch):
+    ends, unoptimised = [], []
+    for instructions in (0, llvm_function.RARE, 10**9):
+        monkeypatch.setattr(llvm_function, "RARE", instructions)
+        simulation = Simulation(scene(), method=method, cache=False, sample_ns=50_000_000)
+        simulation.start()
+        simulation.run(1_000_000_000)
+        ends.append((simulation.X.tobytes(), [(t, row.tobytes()) for t, row in simulation.rows]))
+        unoptimised.append(simulation.method.ir().count(" optnone"))
+    assert ends[0] == ends[1] == ends[2]
+    assert unoptimised[0] > unoptimised[1] > unoptimised[2] == 0

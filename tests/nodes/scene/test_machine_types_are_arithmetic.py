@@ -10,7 +10,17 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.text import ExpressionError, Value, evaluated, library, machine_type, shown_as, value_of
+from heavylift.nodes.scene.text import (
+    ExpressionError,
+    Value,
+    evaluated,
+    expand,
+    library,
+    machine_type,
+    read,
+    shown_as,
+    value_of,
+)
 from lifting import cranes
 
 PARAMETERS = {"boom": "42 m", "radius": "12 m", "counterweight": "80 t", "upper exit": "102 m", "at.x": "-3 m"}
@@ -184,3 +194,17 @@ def test_every_machine_type_states_its_kind_and_the_source_of_its_data(name: str
     kind = machine_type(name)
     assert kind.data["name"] == name
     assert all(kind.about(key) for key in ("about", "capacity", "source"))
+
+
+@pytest.mark.parametrize("name", ["lift", "edge", "jib", "emergency-stop", "tandem"])
+def test_parts_of_a_type_that_were_made_before_are_those_made_first(name: str) -> None:
+    text = load(name).text
+    first, second = (read(text, name) for _ in range(2))
+    assert expand(first)
+    other = read(text, name)
+    assert expand(other)
+    for machine in other.data.get("machines", {}).values():
+        machine.clear()  # whoever changes parts does not change those of others
+    assert expand(second)
+    for kind in ("data", "keys", "values", "given", "offered", "faults"):
+        assert getattr(first, kind) == getattr(second, kind)
