@@ -12,8 +12,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "nodes/fidelity"))
 
-from heavylift.coordinator.ladder import Ladder, Measuring, ModelLevel, at_level, choose, largest
-from heavylift.coordinator.ladder.looking import CLOSE
+from heavylift.coordinator.ladder import CLOSE, Ladder, Measuring, ModelLevel, at_level, choose, largest
 from heavylift.coordinator.record import play
 from heavylift.nodes.plan import MEANT, Answer, Fidelity, Question
 from heavylift.nodes.scene import load, parse
