@@ -8,8 +8,9 @@ The module also reads signals from a sample row, for listening models, by IEEE a
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from heavylift.kernel.algebra.arrays import times
@@ -72,9 +73,17 @@ Read = Callable[[RawRows], np.ndarray]
 Topic = tuple[str, Sequence[str], str, Read]  # topic, names, unit, where its columns are read
 
 
-@lru_cache(maxsize=256)
+_known: WeakKeyDictionary[Program, list[Topic]] = WeakKeyDictionary()  # which variants of a scene would fill
+
+
 def _topics(p: Program) -> list[Topic]:
     """Return all channels of a scene that have columns, in order."""
+    if p not in _known:
+        _known[p] = [topic for topic in _every(p) if topic[1]]
+    return _known[p]
+
+
+def _every(p: Program) -> list[Topic]:
     s, loops = p.system, [f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"]
     ropes, straight = ([r.name for r in group] for group in (s.ropes, s.straight_ropes))
     winches = [i for i, r in enumerate(s.ropes) if r.winch]
@@ -90,7 +99,7 @@ def _topics(p: Program) -> list[Topic]:
         sums = [raw.sum("stored"), raw.sum("accounts", works), raw.sum("accounts", heats)]
         return np.concatenate([raw["kinetic"], raw["potential"], *sums], axis=1)
 
-    topics = [
+    return [
         of("joint/position", positions, "q"),
         of("joint/velocity", velocities, "v"),
         of("rope/tension", straight, "tension", "pull"),
@@ -114,7 +123,6 @@ def _topics(p: Program) -> list[Topic]:
         ("deflection", [n for names, *_ in gauges for n in names], "m", lambda raw: _bent(raw, gauges)),
         *((f"pose/{k.body.name}", POSE, "m, quaternion x y z w", _pose(7 * i)) for i, k in enumerate(p.graph.links)),
     ]
-    return [topic for topic in topics if topic[1]]
 
 
 def _gauges(link: Link) -> tuple[list[str], slice, np.ndarray]:
