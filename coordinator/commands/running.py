@@ -100,7 +100,8 @@ def run(
     here = o.one_process(in_process, processes, places)
     crew = None if here else Processes(PRELOAD_SCENE)  # starts while the rest is imported
     try:
-        from heavylift.coordinator.ladder.choosing import chosen, decided
+        from heavylift.coordinator.ladder.beside import Beside
+        from heavylift.coordinator.ladder.choosing import chosen, decided, forestalled
         from heavylift.coordinator.live.keys import Keyboard
         from heavylift.coordinator.live.pace import RealTime
         from heavylift.coordinator.run import run as simulate
@@ -119,13 +120,15 @@ def run(
 
             settings += [f"accuracy={accuracy}"] if accuracy else []
             fitted = best(scene, settings, MEANT, within, real_time, rate)
-        loaded = fitted.scene if fitted else _asked(scene, settings, accuracy)
+        beside = Beside(crew.aside if crew else None)
+        with forestalled(beside):
+            loaded = fitted.scene if fitted else _asked(scene, settings, accuracy)
         if drive:
             from heavylift.coordinator.measured.mapping import driven
 
             loaded = driven(loaded, drive)
         find = decided if decide else chosen
-        loaded = find(loaded, lambda message: typer.echo(f"  {message}", err=True), crew.aside if crew else None)
+        loaded = find(loaded, lambda message: typer.echo(f"  {message}", err=True), beside)
         nodes = node_names(loaded.plan)
 
         def tried(count: int, watch: RunObserver) -> object:

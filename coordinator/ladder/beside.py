@@ -1,28 +1,25 @@
 """Processes beside the one that chooses a model level: they compile the code for a level, or run a candidate.
 
 LLVM compiles in one thread of a process at a time; a process of its own leaves its code in the cache. A run beside
-gives the same figures as one in this process, which repeats a run that did not come to its end.
+gives the figures of one in this process, which repeats a run that has failed there.
 """
 
 import base64
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from threading import Thread
 from typing import NamedTuple, TypeAlias
 
 import msgspec
 from heavylift.coordinator.record.in_memory import Played, play
 from heavylift.kernel.cache import unsafe_cache
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.plan.fidelity import Asked
+from heavylift.nodes.plan.fidelity import Asked, Fidelity
 from heavylift.nodes.plan.plan import Plan, decode, encode, functions
 
 from .figures import AskedFigure, figures, judged
 
-Aside: TypeAlias = Callable[[str, str], Callable[[], str]]
-"""A function that starts `main` of a module with a text on standard input, and returns a function that waits for its
-output."""
+Wait: TypeAlias = Callable[[], str]  # for the end of a process, with its output
 
 
 class Spent(NamedTuple):
@@ -53,66 +50,72 @@ class Seen(NamedTuple):
         return cls(spent, run.slack, len(run.t), figures(run, ask), limits)
 
 
-_Figures: TypeAlias = list[AskedFigure]
-_Sent = tuple[Spent, frozenset[str], int, _Figures, _Figures, _Figures]
+class Beside:
+    """Work in other processes: `start` runs `main` of a module there, with a text on standard input; None starts
+    nothing."""
 
+    def __init__(self, start: Callable[[str, str], Wait] | None = None) -> None:
+        self._start = start
+        self._compiling: dict[Fidelity, Wait] = {}
+        self._running: dict[bytes, Wait] = {}  # by plan
 
-def possible(plan: Plan) -> bool:
-    """Return whether another process may run a plan: the scene brings no code, and machine code can be cached."""
-    return not functions(plan) and not unsafe_cache()
+    def compile(self, plan: Plan) -> None:
+        """Begin to compile the code for the model level of a plan."""
+        if self._start and plan.fidelity not in self._compiling and _possible(plan):
+            self._compiling[plan.fidelity] = self._start(__name__, _text((encode(plan), None)))
 
+    def compiled(self, plan: Plan) -> None:
+        """Wait for the code for the model level of a plan if it is being compiled."""
+        self._compiling.get(plan.fidelity, str)()
 
-def compiling(aside: Aside, plan: Plan) -> Callable[[], object]:
-    """Begin to compile the machine code for a plan; return a function that waits for it."""
-    return aside(__name__, _text((encode(plan), None)))
+    def run(self, plan: Plan, ask: Sequence[Asked]) -> bool:
+        """Begin to run a plan as soon as its code is compiled; return whether the run goes on."""
+        key = encode(plan) if self._start else b""
+        if self._start and key not in self._running and _possible(plan):
+            self.compiled(plan)
+            self._running[key] = self._start(__name__, _text((key, [*ask])))
+        return key in self._running
 
-
-def running(
-    aside: Aside, plan: Plan, ask: Sequence[Asked], compiled: Callable[[], object]
-) -> Callable[[], Seen | None]:
-    """Begin to run a plan once its code is `compiled`; return a function that waits for what is kept of it, or None if
-    the run has failed."""
-    output = list[str]()
-
-    def follow() -> None:
-        compiled()
-        output.append(aside(__name__, _text((encode(plan), [*ask])))())
-
-    thread = Thread(target=follow, daemon=True)
-    thread.start()
-
-    def seen() -> Seen | None:
-        thread.join()
+    def seen(self, plan: Plan) -> Seen | None:
+        """Return what is kept of the run of a plan; None if there was none, or if it has failed."""
+        if not self._running:
+            return None
         with suppress(ValueError, IndexError, msgspec.MsgspecError):
-            last = base64.b64decode(output[0].splitlines()[-1], validate=True)
-            spent, slack, samples, found, limits, values = msgspec.msgpack.decode(last, type=_Sent)
-            return Seen(spent, slack, samples, found, lambda only: values if only else limits)
+            last = self._running.pop(encode(plan), str)().splitlines()[-1]
+            spent, slack, samples, found, values = msgspec.convert(_data(last), _Sent)
+            # reading errors of limits are seldom asked of a witness: the run is repeated for them
+            limits = lambda only: values if only or not plan.limits else judged(play(plan).judge)  # noqa: E731
+            return Seen(spent, slack, samples, found, limits)
         return None
 
-    return seen
+
+ALONE = Beside()
+_Sent = tuple[Spent, frozenset[str], int, list[AskedFigure], list[AskedFigure]]
 
 
-def compiled(plan: Plan) -> None:
-    """Compile the machine code for a plan, so that its run starts at once; errors are left to the run to report."""
-    # with the compiler, which nobody needs who only reads what is remembered
-    from heavylift.coordinator.participants.kernel_node import KernelNode
-    from heavylift.coordinator.participants.rows import RowSink
-    from heavylift.coordinator.participants.session import Session
-
-    with suppress(HeavyliftError):
-        Session(plan, lambda config: KernelNode(config, RowSink()))
+def _possible(plan: Plan) -> bool:
+    """Return whether another process can do it: the scene brings no code, and machine code is kept in the cache."""
+    return not functions(plan) and not unsafe_cache()
 
 
 def main(arguments: list[str]) -> None:
     """Compile or run the plan on standard input."""
-    data, ask = msgspec.msgpack.decode(base64.b64decode(sys.stdin.read()), type=tuple[bytes, list[Asked] | None])
-    plan = decode(data)
-    if ask is None:
-        return compiled(plan)
-    with suppress(HeavyliftError):
-        x = Seen.of(play(plan), ask)
-        sys.stdout.write(_text((*x[:-1], x.limits(False), x.limits(True))))
+    from heavylift.coordinator.participants.kernel_node import KernelNode
+    from heavylift.coordinator.participants.rows import RowSink
+    from heavylift.coordinator.participants.session import Session
+
+    data, ask = msgspec.convert(_data(sys.stdin.read()), tuple[bytes, list[Asked] | None])
+    with suppress(HeavyliftError):  # which the run in the other process will report
+        if ask is None:
+            Session(decode(data), lambda config: KernelNode(config, RowSink()))
+        else:
+            seen = Seen.of(play(decode(data)), ask)
+            sys.stdout.write(_text((*seen[:-1], seen.limits(True))))
 
 
 def _text(value: object) -> str:
     return base64.b64encode(msgspec.msgpack.encode(value, enc_hook=float)).decode()
+
+
+def _data(text: str) -> object:
+    return msgspec.msgpack.decode(base64.b64decode(text, validate=True))

@@ -8,7 +8,8 @@ clock or machine; the cache only saves time.
 """
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cache
 from math import inf
@@ -21,8 +22,9 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import MEANT, Answer, Fidelity, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene.loaded_scene import planned
 
-from .beside import Aside
+from .beside import ALONE, Beside
 from .looking import Look, as_it_is, errors_of_limits, foresee, looks, with_level
 from .measuring import Measuring, largest
 from .model_levels import DECADE, Ladder, ModelLevel, at_level
@@ -37,11 +39,30 @@ ROOM = Path(__file__).parents[2]  # of the product
 Report = Callable[[str], None]
 
 
+@contextmanager
+def forestalled(beside: Beside) -> Iterator[None]:
+    """While a scene is loaded, begin to compile for the model levels that its choice will begin with."""
+
+    def begin(scene: LoadedScene) -> None:
+        if scene.question and not scene.plan.models:
+            with suppress(HeavyliftError):
+                ladder = Ladder(scene.plan, scene.facts.named)
+                first = ladder.candidates(ladder.plausible[0])[0]
+                for level in (first.plan.fidelity, *ladder.witnesses(first.plan.fidelity)[:1]):
+                    beside.compile(ladder.in_own_steps(first).on(level).plan)
+
+    token = planned.set(begin)
+    try:
+        yield
+    finally:
+        planned.reset(token)
+
+
 def chosen(
-    scene: LoadedScene, say: Report = lambda message: None, aside: Aside | None = None
+    scene: LoadedScene, say: Report = lambda message: None, beside: Beside = ALONE
 ) -> LoadedScene:  # fmt: skip
     """Return the scene with the model level and time steps that give its required accuracy; `say` reports the runs made
-    to find them, `aside` starts processes for some of them."""
+    to find them, some of them `beside`."""
     from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 
     scene = with_worst_clearances(scene)
@@ -53,19 +74,19 @@ def chosen(
         return answered(scene, _unmeasured(scene.plan, why))
 
     def make() -> Answer:
-        return choose(Ladder(scene.plan, scene.facts.named), question, Measuring(question.ask, say=say, aside=aside))
+        return choose(Ladder(scene.plan, scene.facts.named), question, Measuring(question.ask, say=say, beside=beside))
 
     # results of code outside the plan cannot be cached under the plan
     alone = scene.passing or bool(functions(scene.plan))  # whose code may change
     return answered(scene, make() if alone else remembered(_name(scene, question), Answer, make))
 
 
-def decided(scene: LoadedScene, say: Report = lambda message: None, aside: Aside | None = None) -> LoadedScene:
+def decided(scene: LoadedScene, say: Report = lambda message: None, beside: Beside = ALONE) -> LoadedScene:
     """Return the scene at the loosest of the `ACCURACIES` that leaves no check undecided, or else at the tightest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
-        found = chosen(replace(scene, facts=facts), say, aside)
+        found = chosen(replace(scene, facts=facts), say, beside)
         checks = play(found.plan, errors=found.errors).verdict.checks
         left = [check.sentence for check in checks if check.state == "undecided"]
         # each accuracy is tried in turn: most lifts are decided by the first

@@ -6,7 +6,6 @@ sampling.
 
 from collections.abc import Callable, Sequence
 from math import inf
-from threading import Thread
 
 import msgspec
 from heavylift.coordinator.record.in_memory import CUT, play
@@ -14,7 +13,7 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import Asked, Fidelity
 from heavylift.nodes.plan.plan import Plan
 
-from .beside import Aside, Seen, Spent, compiled, compiling, possible, running
+from .beside import ALONE, Beside, Seen, Spent
 from .figures import AskedFigure
 from .model_levels import ModelLevel
 
@@ -29,17 +28,14 @@ class Measuring:
 
     def __init__(
         self, ask: Sequence[Asked], limit: Callable[[], float] = lambda: inf,
-        say: Callable[[str], None] = lambda message: None, aside: Aside | None = None,
+        say: Callable[[str], None] = lambda message: None, beside: Beside = ALONE,
     ) -> None:  # fmt: skip
-        """`aside` starts processes for compilation and for runs whose wall time is not limited."""
-        self.ask, self._limit, self._report, self._aside = ask, limit, say, aside
+        self.ask, self._limit, self._report, self._beside = ask, limit, say, beside
         self.factor = 1.0  # times the samples of the scene
         self._samples = 0
         self._failed: dict[Key, HeavyliftError] = {}
         self._seen: dict[Key, Seen] = {}
         self._read: dict[Key, dict[str, AskedFigure]] = {}
-        self._compiling: dict[Fidelity, Callable[[], object]] = {}
-        self._running: dict[tuple[Key, float], Callable[[], Seen | None]] = {}  # beside, with their factors
 
     @property
     def spent(self) -> dict[Key, Spent]:
@@ -52,25 +48,14 @@ class Measuring:
         return {name: f for read in self._read.values() for name, f in read.items() if f.asked}
 
     def prepare(self, candidate: ModelLevel) -> None:
-        """Begin to compile the machine code for a later run, while another run goes on."""
-        plan = candidate.plan
-        if any(key[0] == plan.fidelity for key in self._seen):
-            return
-        if self._aside and possible(plan):
-            self._compiling[plan.fidelity] = compiling(self._aside, plan)
-        else:
-            thread = Thread(target=compiled, args=(plan,))
-            thread.start()
-            self._compiling[plan.fidelity] = thread.join
+        """Begin to compile the machine code for a later run beside, while another run goes on."""
+        if not any(key[0] == candidate.plan.fidelity for key in self._seen):
+            self._beside.compile(candidate.plan)
 
     def begin(self, candidate: ModelLevel) -> bool:
-        """Begin a later run in a process beside; return whether it goes on there."""
-        key, plan = (candidate.key, self.factor), candidate.plan
-        known = key in self._running or candidate.key in {**self._read, **self._failed}
-        if self._aside and not known and possible(plan) and self._limit() == inf:
-            compiled = self._compiling.get(plan.fidelity, lambda: None)
-            self._running[key] = running(self._aside, self._dense(candidate), self.ask, compiled)
-        return key in self._running
+        """Begin a later run beside, unless wall time is limited; return whether it goes on there."""
+        known = candidate.key in {**self._read, **self._failed} or self._limit() < inf
+        return not known and self._beside.run(self._dense(candidate), self.ask)
 
     def _dense(self, candidate: ModelLevel) -> Plan:
         return msgspec.structs.replace(candidate.plan, samples_hz=self.factor * candidate.plan.samples_hz)
@@ -84,8 +69,9 @@ class Measuring:
         if candidate.key in self._failed:
             raise self._failed[candidate.key]
         if candidate.key not in self._read:
+            dense = self._dense(candidate)
             try:
-                seen = self._running.pop((candidate.key, self.factor), lambda: None)() or self._run(candidate)
+                seen = self._beside.seen(dense) or self._run(dense)
             except HeavyliftError as error:
                 # a run cut by the clock says nothing about the candidate, and may be repeated
                 if CUT not in str(error):
@@ -96,9 +82,9 @@ class Measuring:
             self._report(f"{candidate.name}: {seen.spent.cpu_s:.2g} s")
         return self._read[candidate.key]
 
-    def _run(self, candidate: ModelLevel) -> Seen:
-        self._compiling.pop(candidate.plan.fidelity, lambda: None)()
-        return Seen.of(play(self._dense(candidate), self._limit()), self.ask)
+    def _run(self, plan: Plan) -> Seen:
+        self._beside.compiled(plan)
+        return Seen.of(play(plan, self._limit()), self.ask)
 
     def limits(self, candidate: ModelLevel, values: bool = False) -> dict[str, AskedFigure]:
         """Return, by name, the utilisations and the smallest clearance of an earlier run of this candidate; empty if

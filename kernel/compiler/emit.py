@@ -11,9 +11,11 @@ so that a second start needs neither tracing nor compiling.
 """
 
 import ctypes
+import gc
 import hashlib
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 
@@ -96,9 +98,22 @@ def module(*functions: Function | EmittedParts, fused: bool = False) -> str:
         for called in code.called:
             visit(*called)
 
-    for f in functions:
-        visit(f, 0)
+    with _uncollected():
+        for f in functions:
+            visit(f, 0)
     return "\n".join([*_DECLARE, *texts])
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Suspend the search for garbage while functions are traced: all that is recorded stays, and it is much."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 def _sequence(w: EmittedParts) -> str:

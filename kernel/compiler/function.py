@@ -21,7 +21,7 @@ ONCE = RLock()  # programs in several threads share functions
 
 def operands(n: Sym) -> list[Sym]:
     args = [x for a in n.args[1:] for x in a] if n.op == "call" else n.args
-    return [x for x in args if isinstance(x, Sym)]
+    return [x for x in args if type(x) is Sym]
 
 
 def symbols(block: str, n: int) -> np.ndarray:
@@ -136,8 +136,9 @@ def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
     """Return the values to be written to a memory block, and for each whether the block already holds it."""
     out, at = [], 0
     for x in values:
-        out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))
-        at += max(1, x.width) if is_sym(x) else 1
+        known = type(x) is Sym
+        out.append((x, known and x.op in ("in", "slice") and x.args == (block, at)))
+        at += (x.width or 1) if known else 1
     return out
 
 

@@ -1,6 +1,5 @@
 """Translation of one traced function to straight-line LLVM IR, for one call or for several side by side."""
 
-from collections.abc import Iterator
 from typing import Any
 
 from .function import Function, placed
@@ -8,9 +7,7 @@ from .simd_batches import WIDEST, SimdBatch, arranged, constant, gathered, refer
 from .symbol import Sym, is_sym
 from .vector_loops import Wide, is_long
 
-PIECE = 500  # instructions of one block of long code
-LONG = 8000  # instructions of code for which LLVM would take too long
-RARE = 300  # the same of a function that takes little of a run
+RARE = 300  # instructions of a function that takes little of a run, beyond which it is not optimised
 
 _LOADED = ("in", "slice", "ret")
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
@@ -33,14 +30,6 @@ def _width(x: Any) -> int:
 def _cut(width: int) -> list[tuple[str, int, int]]:
     """Return suffix, offset and lanes of each piece of a wide value."""
     return [(f"_{i}", i * WIDEST, min(WIDEST, width - i * WIDEST)) for i in range(-(-width // WIDEST))]
-
-
-def _in_pieces(lines: list[str]) -> Iterator[str]:
-    """Split long code into basic blocks, since LLVM's effort grows faster than the length of a block."""
-    for i, line in enumerate(lines):
-        if i and i % PIECE == 0 and len(lines) > LONG:
-            yield f"br label %b{i}\nb{i}:"
-        yield line
 
 
 class StraightLineCode:
@@ -91,7 +80,7 @@ class StraightLineCode:
         lines = [
             f"define void @{named_code(f, self.lanes, self.shared)}({parameters}) {attributes} {{",
             *self.head,
-            *_in_pieces(self.body),
+            *self.body,
             "ret void",
             "}",
         ]

@@ -140,7 +140,7 @@ _PLAIN = {float, int, bool, Sym}  # scalars, seen at a glance
 
 
 def is_sym(x: Any) -> bool:
-    return isinstance(x, Sym)
+    return type(x) is Sym
 
 
 def node(op: str, *args: Any, width: int | None = None) -> Sym:
@@ -153,8 +153,9 @@ def node(op: str, *args: Any, width: int | None = None) -> Sym:
     widest = 0
     for x in args:
         if type(x) is Sym:
-            widest = max(widest, x.width)
-        elif isinstance(x, _NUMBERS):
+            if x.width > widest:
+                widest = x.width
+        elif type(x) is not number and isinstance(x, _NUMBERS):
             x = number(x)  # type: ignore[arg-type]
         plain.append(x)
     n = Sym()

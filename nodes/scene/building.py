@@ -54,7 +54,7 @@ from heavylift.nodes.statics.swinging import swing_free
 
 from .corners import Centres, ends_of, rated, with_centres
 from .instances import several
-from .loaded_scene import LoadedScene, SceneFacts, on_same_path
+from .loaded_scene import LoadedScene, SceneFacts, on_same_path, planned
 from .model_files import imported
 
 CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples"}  # keys that say how it is to be run
@@ -207,6 +207,8 @@ def _planned(source: SourceText, loaded: LoadedScene, followed: bool = True, nom
     shaped, more = swing_free(shaped, keep=not loaded.passing) if not unknown else (shaped, [])
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
+    if not loaded.passing and nominal:
+        planned.get()(loaded)
     raise_faults(source, _impossible(source, loaded, nominal))
     bent = any(block.flexible for block in scene.all_blocks.values())
     still = {name for name, hook in frames_on_hooks(loaded.plan.machines).items() if hook.ends}

@@ -1,6 +1,7 @@
 """A scene that is ready to run, and the static results of its plan: loads, utilisations, findings, model level."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -50,6 +51,10 @@ class SceneFacts(msgspec.Struct, frozen=True):
     def accuracy(self) -> float:
         """Largest accepted relative error (0.01 is 1 %) of the requested quantities, or of rope tensions by default."""
         return self.written or (USUAL if self.ask else OF_TENSIONS)
+
+
+planned: ContextVar[Callable[["LoadedScene"], None]] = ContextVar("planned", default=lambda scene: None)
+"""Called with a new scene as soon as it has a plan, which what follows from its equilibrium path may still change."""
 
 
 @dataclass(frozen=True)

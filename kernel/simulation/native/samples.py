@@ -56,9 +56,9 @@ class RawRows:
         found = self[group][:, which]
         return found.cumsum(axis=1)[:, -1:] + 0.0 if found.shape[1] else np.zeros((len(found), 1))
 
-    def loops(self, which: int) -> np.ndarray:
-        """Return forces (which = 0) [N] or moments (1) [N m] of the loop joints as (n, 3 loops)."""
-        return self["loop"].reshape(len(self._rows), -1, 2, 3)[:, :, which].reshape(len(self._rows), -1)
+    def read(self, where: "Where") -> np.ndarray:
+        """Return the columns (n, m) of a channel."""
+        return where(self) if callable(where) else self._rows.take(where, axis=1)
 
     @cached_property
     def poses(self) -> np.ndarray:
@@ -69,8 +69,8 @@ class RawRows:
         return np.concatenate([frames[:, :, :3], turns.reshape(n, -1, 4)], axis=2).reshape(n, -1)
 
 
-Read = Callable[[RawRows], np.ndarray]
-Topic = tuple[str, Sequence[str], str, Read]  # topic, names, unit, where its columns are read
+Where: TypeAlias = Callable[[RawRows], np.ndarray] | list[int]  # what computes columns, or their places in a raw row
+Topic = tuple[str, Sequence[str], str, Where]  # topic, names, unit, where its columns are read
 
 
 _known: WeakKeyDictionary[Program, list[Topic]] = WeakKeyDictionary()  # which variants of a scene would fill
@@ -90,10 +90,12 @@ def _every(p: Program) -> list[Topic]:
     works, heats = ([i for i, (kind, _) in enumerate(p.accounts) if kind == what] for what in ("work", "heat"))
     positions, velocities = coordinate_names(p.graph)
     gauges = [_gauges(k) for k in p.graph.links if k.modes and k.modes.flexible.gauges]
+    at = {k: [*range(i.start, i.stop)] if isinstance(i, slice) else [i] for k, i in row_layout(p).at.items()}
+    loop = np.array(at["loop"], dtype=int).reshape(-1, 2, 3)
 
     def of(topic: str, names: Sequence[str], *groups: str) -> Topic:
         """Return a recorded channel that consists of the columns of some column groups of a sample row."""
-        return topic, names, UNITS[groups[0]], lambda raw: np.concatenate([raw[g] for g in groups], axis=1)
+        return topic, names, UNITS[groups[0]], [i for g in groups for i in at[g]]
 
     def energies(raw: RawRows) -> np.ndarray:
         sums = [raw.sum("stored"), raw.sum("accounts", works), raw.sum("accounts", heats)]
@@ -108,16 +110,16 @@ def _every(p: Program) -> list[Topic]:
         of("rope/length", straight, "length", "span"),
         of("rope/length_rate", ropes, "length_rate"),
         of("rope/elongation", ropes, "elongation"),
-        ("hook/load", [ropes[i] for i in winches], "N", lambda raw: raw["tension"][:, winches]),
+        ("hook/load", [ropes[i] for i in winches], "N", [at["tension"][i] for i in winches]),
         of("support/force", [u.name for u in s.supports], "normal"),
         of("rigid/slack", [r.name for r in s.rigid_ropes], "slack"),
         of("contact/force", [c.name for c in s.contacts], "pressing"),
-        ("loop/force", loops, "N", lambda raw: raw.loops(0)),
-        ("loop/moment", loops, "N m", lambda raw: raw.loops(1)),
+        ("loop/force", loops, "N", loop[:, 0].ravel().tolist()),
+        ("loop/moment", loops, "N m", loop[:, 1].ravel().tolist()),
         ("energy", ("kinetic", "potential", "stored", "work", "heat"), "J", energies),
         of("account", [f"{name}.{what}" for what, name in p.accounts], "accounts"),
         *(
-            (topic, [n for n, _ in columns], unit, _picked("shown", [i for _, i in columns]))
+            (topic, [n for n, _ in columns], unit, [at["shown"][i] for _, i in columns])
             for (topic, unit), columns in shown(p).items()
         ),
         ("deflection", [n for names, *_ in gauges for n in names], "m", lambda raw: _bent(raw, gauges)),
@@ -143,11 +145,7 @@ def _bent(raw: RawRows, gauges: list[tuple[list[str], slice, np.ndarray]]) -> np
     return np.concatenate([times(raw["q"][:, modes], shapes.T) for _, modes, shapes in gauges], axis=1)
 
 
-def _picked(group: str, which: list[int]) -> Read:
-    return lambda raw: raw[group][:, which]
-
-
-def _pose(first: int) -> Read:
+def _pose(first: int) -> Where:
     return lambda raw: raw.poses[:, first : first + 7]
 
 
@@ -170,9 +168,22 @@ def channels(method: Stepping) -> list[SampleSlice]:
 
 def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     """Return recorded samples (n, columns) from sample rows of the native code (n, method.columns)."""
-    raw = RawRows(method, rows)
-    parts = [read(raw) for *_, read in _topics(method.program)]
-    return np.ascontiguousarray(np.concatenate(parts, axis=1))
+    raw, (places, computed) = RawRows(method, rows), _columns(method.program)
+    out = rows.take(places, axis=1)
+    for at, where in computed:
+        out[:, at] = raw.read(where)
+    return out
+
+
+@lru_cache(maxsize=256)
+def _columns(p: Program) -> tuple[np.ndarray, list[tuple[slice, Where]]]:
+    """Return the place in a raw row of each published column, and what computes those that are no part of it."""
+    places, computed = list[int](), list[tuple[slice, Where]]()
+    for _, columns, _, where in _topics(p):
+        if callable(where):
+            computed.append((slice(len(places), len(places) + len(columns)), where))
+        places += [0] * len(columns) if callable(where) else where
+    return np.array(places, dtype=int), computed
 
 
 class _Derivatives(RawRows):
@@ -202,7 +213,7 @@ def differentiated(method: Stepping, row: np.ndarray, change: np.ndarray) -> tup
     beyond = method.columns - len(row)
     at = RawRows(method, np.pad(row, (0, beyond), constant_values=np.nan)[None])
     moved = _Derivatives(method, np.pad(change.T, ((0, 0), (0, beyond))), at)
-    values, slopes = ([read(x) for *_, read in _topics(method.program)] for x in (at, moved))
+    values, slopes = ([x.read(where) for *_, where in _topics(method.program)] for x in (at, moved))
     return np.concatenate(values, axis=1)[0], np.concatenate(slopes, axis=1)
 
 

@@ -8,16 +8,17 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder import ModelLevel, choosing, chosen, known, level_of
-from heavylift.coordinator.ladder.beside import Aside
+from heavylift.coordinator.ladder import Beside, ModelLevel, choosing, chosen, forestalled, known, level_of
 from heavylift.coordinator.participants import PRELOAD_SCENE
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.coordinator.run.verify import verify
-from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.supervision import Processes
 from heavylift.coordinator.sweeps import Task, measured_error, sweep
 from heavylift.kernel import cache
+from heavylift.kernel.compiler import Library
+from heavylift.kernel.simulation.native import native_state
 from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording
 
@@ -71,10 +72,10 @@ def test_a_scene_gets_the_same_model_level_and_digest_whether_the_cache_is_empty
 def test_a_choice_is_the_same_whether_other_processes_run_a_part_of_it_or_fail_to(kept: dict[str, bytes]) -> None:
     scene, text = load("lift", [*ASKED, "accuracy=0.5 %"]), list[str]()
 
-    def answer(aside: Aside | None) -> tuple[object, list[str]]:
+    def answer(start: Callable[[str, str], Callable[[], str]] | None) -> tuple[object, list[str]]:
         kept.clear()
         text.clear()
-        found = chosen(scene, text.append, aside)
+        found = chosen(scene, text.append, Beside(start))
         return (found.answer, found.plan), [message.partition(":")[0] for message in text]
 
     alone = answer(None)
@@ -89,6 +90,27 @@ def test_a_choice_is_the_same_whether_other_processes_run_a_part_of_it_or_fail_t
         assert any(outputs), "a run was made beside"
     for output in ("", "Killed", "AAAA", "\xff"):
         assert answer(lambda module, given, output=output: lambda: output) == alone  # type: ignore[misc]
+
+
+def test_the_first_two_model_levels_of_a_scene_are_compiled_while_it_is_loaded(
+    kept: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path))
+    monkeypatch.setattr(native_state, "_loaded", {})
+    compiled: list[bool] = []
+    compile_ = Library._compile
+    monkeypatch.setattr(Library, "_compile", lambda *given: compiled.append(True) or compile_(*given))
+    with Processes(PRELOAD_SCENE) as crew:
+        beside = Beside(crew.aside)
+        with forestalled(beside):
+            scene = load("lift", ASKED)
+        own = len(compiled)  # for the path at rest
+        answer = chosen(scene, beside=beside).answer
+    assert len(compiled) == own > 0, "the runs found their code in the cache"
+    kept.clear()
+    assert answer == chosen(scene).answer
+    with forestalled(Beside(lambda module, given: pytest.fail("a scene that is known begins nothing"))):
+        load("lift", ASKED)
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,7 @@ from functools import partial
 import numpy as np
 import pytest
 from heavylift.kernel.description import merge
-from heavylift.kernel.islands import Islands, SideBySide
-from heavylift.kernel.islands.island import Island
-from heavylift.kernel.islands.running_ahead import WORTH
+from heavylift.kernel.islands import WORTH, Island, Islands, SideBySide
 from two_loads import SECOND, TOLERANCE, G, lift, played, wind
 
 LIFTS = "abcde"

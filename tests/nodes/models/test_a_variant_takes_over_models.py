@@ -9,8 +9,7 @@ import pytest
 from heavylift.nodes.models import build, subscriptions, system, taken_over
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import load, parse
-from heavylift.nodes.statics.models_at_rest import Models
-from heavylift.nodes.statics.static_run import StaticRun
+from heavylift.nodes.statics import Models, StaticRun
 
 NUMBERS = {  # of a scene: what may be varied, between which values
     "lift": {"block.mass": (250.0, 320.0, "t"), "block.com.x": (0.1, 0.5, "m")},
