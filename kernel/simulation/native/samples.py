@@ -9,7 +9,7 @@ The module also reads signals from a sample row, for listening models, by IEEE a
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -71,19 +71,24 @@ class RawRows:
 
 Where: TypeAlias = Callable[[RawRows], np.ndarray] | list[int]  # what computes columns, or their places in a raw row
 Topic = tuple[str, Sequence[str], str, Where]  # topic, names, unit, where its columns are read
+T = TypeVar("T")
 
 
-_known: WeakKeyDictionary[Program, list[Topic]] = WeakKeyDictionary()  # which variants of a scene would fill
+def _kept(make: Callable[[Program], T]) -> Callable[[Program], T]:
+    """Keep what a function returns for a program as long as the program is used; variants of a scene are many."""
+    known: WeakKeyDictionary[Program, T] = WeakKeyDictionary()
+
+    def found(p: Program) -> T:
+        if p not in known:
+            known[p] = make(p)
+        return known[p]
+
+    return found
 
 
+@_kept
 def _topics(p: Program) -> list[Topic]:
     """Return all channels of a scene that have columns, in order."""
-    if p not in _known:
-        _known[p] = [topic for topic in _every(p) if topic[1]]
-    return _known[p]
-
-
-def _every(p: Program) -> list[Topic]:
     s, loops = p.system, [f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"]
     ropes, straight = ([r.name for r in group] for group in (s.ropes, s.straight_ropes))
     winches = [i for i, r in enumerate(s.ropes) if r.winch]
@@ -101,7 +106,7 @@ def _every(p: Program) -> list[Topic]:
         sums = [raw.sum("stored"), raw.sum("accounts", works), raw.sum("accounts", heats)]
         return np.concatenate([raw["kinetic"], raw["potential"], *sums], axis=1)
 
-    return [
+    topics = [
         of("joint/position", positions, "q"),
         of("joint/velocity", velocities, "v"),
         of("rope/tension", straight, "tension", "pull"),
@@ -125,6 +130,7 @@ def _every(p: Program) -> list[Topic]:
         ("deflection", [n for names, *_ in gauges for n in names], "m", lambda raw: _bent(raw, gauges)),
         *((f"pose/{k.body.name}", POSE, "m, quaternion x y z w", _pose(7 * i)) for i, k in enumerate(p.graph.links)),
     ]
+    return [topic for topic in topics if topic[1]]
 
 
 def _gauges(link: Link) -> tuple[list[str], slice, np.ndarray]:
@@ -175,7 +181,7 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     return out
 
 
-@lru_cache(maxsize=256)
+@_kept
 def _columns(p: Program) -> tuple[np.ndarray, list[tuple[slice, Where]]]:
     """Return the place in a raw row of each published column, and what computes those that are no part of it."""
     places, computed = list[int](), list[tuple[slice, Where]]()
