@@ -53,12 +53,13 @@ def joined(
     listener: RemoteListener | None = None,
     deadline: float = DEADLINE_s,
     past: "RecordedKernel | None" = None,
+    first: str = "",
 ) -> Iterator[Hub | LocalHub]:
     """Start the nodes of a placement and yield their hub; when the context ends, all processes have ended.
 
     Processes on other hosts, which connect to the `listener`, and external ones are not started here. A process that
     does not answer for `deadline` [s] is asked for a sign of life. `past`: the recorded history for a kernel in this
-    process.
+    process; `first`: the node whose process is started first.
     """
     if in_process:
         with LocalHub(placement.models) as local:
@@ -71,7 +72,8 @@ def joined(
         return
     crew = processes or Processes(PRELOAD)
     with crew, Succession(placement, crew, listener, deadline) as hub:  # the keeper is the last to leave
-        crew.start(hub, {p: (NODE_MODULE,) for p in placement.processes if p not in placement.awaited})
+        here = (p for p in placement.processes if p not in placement.awaited)
+        crew.start(hub, {p: (NODE_MODULE,) for p in sorted(here, key=lambda p: first not in placement.processes[p])})
         yield hub
 
 

@@ -1,6 +1,6 @@
 """One run of a scene: start its models and the kernel, run the time protocol, record, end in order.
 
-plan -> WELCOME(plan) -> HELLO(declaration) of every model -> WELCOME(declarations) -> HELLO of the kernel
+plan -> WELCOME(plan) of every model and the kernel -> HELLO of all, with the mechanics that the models declare
 -> rounds until the commander has finished, the time bound is reached or nothing can happen any more
 """
 
@@ -34,7 +34,7 @@ from heavylift.coordinator.transport.link import LOCAL
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict import prepare
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
+from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import NEVER, Event, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, divided, goes_on
 from heavylift.nodes.models.machine import turning
@@ -107,7 +107,7 @@ def run(
             lambda answer: located(lift.plan, answer.refused, answer.at),
         ) as queue,
         Record(lift, models, file, placed, observers, force, past.facts if past else {}) as record,
-        joined(placed, in_process, processes, listener, deadline, past) as hub,
+        joined(placed, in_process, processes, listener, deadline, past, KERNEL) as hub,
         shown(hub, lift.plan.name, record.recorder.path, angles) as publisher,
     ):
         if isinstance(hub, Hub):
@@ -172,24 +172,23 @@ class _Run(Relay):
         self._watch.event(event)
 
     def greet(self) -> None:
-        """Start the nodes: first the models, then the kernel, which needs their declarations."""
+        """Start the nodes; the kernel gets the mechanics that the plan gives, as its models will declare them."""
+        systems = {name: model.declare() for name, model in self._models.items()}
+        agreed, config = fingerprint(encode(self._plan)), kernel_config(self._plan, self._models, systems.values())
+        self.talk.welcome(KERNEL, part(KernelPart(config, agreed)), agreed)
         models = [self._placement.nodes[node] for node in self._nodes]
         for node, plan in zip(self._nodes, map(encode, divided(self._plan, models)), strict=True):
             self.talk.welcome(node, part(ScenePart(plan)), fingerprint(plan))
-        declared = dict[str, System]()
-        for _ in self._nodes:  # they arrive in any order
+        prepare()  # while they get ready
+        layout = b""
+        for _ in (KERNEL, *self._nodes):  # they arrive in any order
             node, text = self.talk.hello()
             names = self._placement.nodes[node]
-            if node in self.talk.externals:  # its mechanics are those of the model that it plays
-                declared |= {name: self._models[name].declare() for name in names}
-            else:
-                declared |= zip(names, _declared(together(names), text, len(names)), strict=True)
-        systems = [declared[name] for name in self._models]
-        agreed = fingerprint(encode(self._plan))
-        self.talk.welcome(KERNEL, part(KernelPart(kernel_config(self._plan, self._models, systems), agreed)), agreed)
-        prepare()  # while the kernel gets ready
-        _, layout = self.talk.hello()
-        self._record.layout(layout, systems)
+            if node == KERNEL:
+                layout = text
+            elif node not in self.talk.externals:  # whose mechanics are those of the model that they play
+                _check_declared(together(names), text, [systems[name] for name in names])
+        self._record.layout(layout, [*systems.values()])
 
     def play(self) -> None:
         """Grant time to the nodes, round by round, until the scene ends or no model that gives orders has an event
@@ -216,15 +215,11 @@ def _order(scene: LoadedScene, words: str) -> OperatorCommand:
     return OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words)))
 
 
-def _declared(name: str, data: bytes, count: int) -> list[System]:
-    """Decode the mechanics declared by the `count` models of node `name`, which may be remote; raises ProtocolError."""
-    try:
-        found = msgspec.msgpack.decode(data, type=list[System])
-        if len(found) != count:
-            raise ValueError(f"{len(found)} of {count} models")
-        return found
-    except UNREADABLE as error:
+def _check_declared(name: str, data: bytes, systems: list[System]) -> None:
+    """Raise ProtocolError if the models of node `name`, which may be remote, declare other mechanics than the plan
+    gives."""
+    if data != msgspec.msgpack.encode(systems):
         raise ProtocolError(
-            f"node {name} has sent mechanics that cannot be decoded ({error}); use the "
-            "same version of heavylift for node and coordinator"
-        ) from None
+            f"node {name} declares other mechanics than the coordinator's plan gives; use the same version of "
+            "heavylift for node and coordinator, and models that declare the same each time"
+        )
