@@ -25,7 +25,7 @@ from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.loaded_scene import planned
 
 from .beside import ALONE, Beside
-from .looking import Look, as_it_is, errors_of_limits, foresee, looks, with_level
+from .looking import CLOSE, Look, as_it_is, errors_of_limits, foresee, looks, with_level
 from .measuring import Measuring, largest
 from .model_levels import DECADE, Ladder, ModelLevel, at_level
 
@@ -140,7 +140,6 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     Raises HeavyliftError only if a run exceeds its time limit.
     """
     last: Look | None = None
-    wrong = inf
     tolerance = LOOSEST * question.accuracy  # looser steps cannot be within the accuracy
     for number, level in enumerate(levels := ladder.plausible):
         for other in ladder.witnesses(level)[:1]:
@@ -150,10 +149,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
         if largest(look.error) <= question.accuracy:
             return _answer(look, question, measuring)
         if not look.why:
-            wrong, before = largest(look.model), wrong
-            # a finer level would inherit the error of the steps; one that is far off and no better than the last is
-            # decided by what little moves
-            if wrong <= largest(look.steps) or wrong >= max(before, question.accuracy / LOOSEST):
+            if largest(look.model) <= largest(look.steps):  # a finer level would inherit the error of the steps
                 break
             tolerance = look.candidate.plan.tolerance  # at which the next level was run as witness
     assert last is not None
@@ -172,9 +168,12 @@ def _climbed(
     at = next((i for i, x in enumerate(tolerances) if x <= tolerance * (1.0 + 1e-9)), len(candidates) - 1)
     # a looser run shows the errors of steps at less cost than a tighter one
     run = [at - DECADE, at] if at >= DECADE and tolerance < LOOSEST * accuracy else [at]
-    before, stuck, most = inf, 0, accuracy
+    before, stuck, patience, most = inf, 0, STUCK, accuracy
+    close = max(CLOSE * (1.0 + 1e-9), tolerances[-1])
     while True:
         try:
+            if tolerances[run[0]] > close and ladder.waves(level) and measuring.slack(candidates[run[-1]]):
+                run, patience = [max(run[-1], next(i for i, x in enumerate(tolerances) if x <= close))], 1
             if not all(measuring.read_well(candidates[i], accuracy) for i in run):
                 continue  # with denser samples
             if len(run) == 1 and run[0] + 1 < len(candidates):
@@ -189,7 +188,7 @@ def _climbed(
             enough = (x for x in results if largest(x.error) <= accuracy and largest(x.steps) <= most)
             kept = next(enough, None)
             misread = largest(measuring.misread(best.candidate))  # which other steps do not change
-            if last := run[-1] + 1 >= len(candidates) or stuck >= STUCK or steps == 0.0 or misread > accuracy:
+            if last := run[-1] + 1 >= len(candidates) or stuck >= patience or steps == 0.0 or misread > accuracy:
                 kept = kept or best
             if kept:
                 kept = with_level(kept, ladder, measuring)
@@ -206,7 +205,7 @@ def _climbed(
                 whole = with_level(results[0], ladder, measuring)
                 where = max(whole.model, key=lambda x: (whole.model[x], x), default="")
                 wrong = whole.model.get(where, 0.0)
-                if wrong > accuracy and (whole.steps[where] <= HIDES * wrong or wrong > accuracy / LOOSEST):
+                if wrong > accuracy and whole.steps[where] <= wrong:
                     return replace(whole, steps={})
         except HeavyliftError as error:
             if CUT in str(error):

@@ -14,7 +14,7 @@ from .measuring import WITNESSED, Errors, Measuring, added, largest, most, times
 from .model_levels import Ladder, ModelLevel, undamped
 
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
-CLOSE = 1e-5  # tolerance of witnesses of lifts in which ropes go slack: two decades below the loosest
+CLOSE = 1e-5  # tolerance of levels with waves in ropes where ropes go slack: two decades below the loosest
 
 NO_FINER = "it is modelled as it is written, there is no finer level"
 
@@ -120,10 +120,10 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
     witness of the finest level is the next coarser one.
     """
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
+    beside = _beside(own, measuring.slack(own))
     # waves along ropes and undamped modes are seen by some levels only: compare with all that restore them
     if len(levels) > 1 and not undamped(system(candidate.plan)):
-        levels = levels if any(measuring.slack(x, hooks=True) for x in (own, own.on(levels[0]))) else levels[:1]
-    beside = _beside(own, measuring.slack(own))
+        levels = levels if any(measuring.slack(x, hooks=True) for x in (own, beside.on(levels[0]))) else levels[:1]
     return [(own, beside.on(level)) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
 
 

@@ -20,7 +20,7 @@ from heavylift.nodes.plan.plan import Fidelity, Plan
 LADDER = (
     Fidelity(),
     Fidelity(girder="elastic", rope_mass="lumped"),
-    *(Fidelity(ropes="massive", lumps=n, rope_mass="lumped", girder="elastic") for n in (2, 4, 8)),
+    *(Fidelity(ropes="massive", lumps=n, rope_mass="lumped", girder="elastic") for n in (2, 4, 8, 16)),
 )
 WATERS: dict[Literal["motion given", "one frequency"], str] = {
     "motion given": "motion of vessels given",
@@ -172,6 +172,10 @@ class Ladder:
         """Model levels with all effects of the finest one; they differ only in the lumps per rope, finest last."""
         finest = self.full[-1]
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
+
+    def waves(self, level: Fidelity) -> bool:
+        """Return whether waves run along the ropes of a level."""
+        return len(self.whole) > 1 and level in self.whole
 
     def witnesses(self, level: Fidelity) -> list[Fidelity]:
         """Return the model levels that include every effect which `level` leaves out, cheapest first; empty for the

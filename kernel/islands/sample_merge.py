@@ -55,11 +55,11 @@ class Merge:
     def __init__(self, program: Program) -> None:
         self._place = {label: i for i, label in enumerate(labels(program))}
         self._program, self._at = program, row_layout(program).at
-        self._places: list[np.ndarray] = []
+        self._places = np.zeros(0, dtype=int)
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
         """Set the islands of which the scene now consists, and the unhooked ropes that couple no bodies."""
-        self._places = [np.array([self._place[x] for x in labels(p.program)], dtype=int) for p in parts]
+        self._places = np.array([self._place[x] for p in parts for x in labels(p.program)], dtype=int)
         at, s, number = self._at, self._program.system, self._program.graph.number
         self._loose: list[_Loose] = []
         elastic, rigid = (
@@ -80,9 +80,7 @@ class Merge:
 
         Energies and step counts are summed; every other column, except those of loose ropes, belongs to one island.
         """
-        row = np.zeros(len(self._place))
-        for at, part in zip(self._places, parts, strict=True):
-            row[at] += part
+        row = np.bincount(self._places, np.concatenate(parts), len(self._place))  # sums in the order of the islands
         frames = row[self._at["poses"]].reshape(-1, 12)
         for rope in self._loose:
             row[rope.apart] = rope.sign * (rope.span(frames) - row[rope.length])

@@ -4,30 +4,32 @@
 
 Work is attempted steps times operations of one evaluation, which does not depend on the machine; the peer is the same
 kernel in one piece.  Seconds are those of this machine with machine code from the cache, least of three: the steps
-alone for `two lifts`, the whole run in one process for the other.  Last, many lifts advance in threads, on two
-processors and on one, in turns; this is wall time, so other work on the machine counts.
+alone for `two lifts`, the whole run in one process for the other.  Last, the lifts of a yard, as in `yard.py`, advance
+in threads, on two processors and on one, in turns; this is wall time, so other work on the machine counts.
 """
 
 from __future__ import annotations
 
+import gc
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 from heavylift.coordinator.participants import RowFrames, Session, kernel_node
-from heavylift.kernel.description import merge
 from heavylift.kernel.islands import Islands, SideBySide
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Tag, seconds
-from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene import LoadedScene, parse
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/islands"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
+from shared.recorded_commands import Noting, noted_in, played_again
 from shared.rows import SHORT, options, row
 from test_two_cranes_of_which_one_idles import scene as two_cranes
-from two_loads import TWO, UP, G, lift, played, wind
+from two_loads import TWO, UP, played
+from yard import text
 
 SECOND, HOUR = 1_000_000_000, 100 * 3600
 RUNS, MANY = (1, 4) if SHORT else (5, 16)
@@ -74,15 +76,12 @@ def two_lifts(apart: bool) -> Made:
     return made
 
 
-def in_threads(threads: int) -> float:
-    """Wall seconds until many lifts have been hoisted."""
-    system = merge([lift(f"load{i}", 10.0 * i) for i in range(MANY)], G)
-    islands = Islands(system, 1e-8, SECOND // 10)
-    islands._side_by_side = SideBySide(threads)
-    stages = [(1.0 + 0.1 * i, wind(f"load{i}", -3.0)) for i in range(MANY)]
-    islands.start()
+def in_threads(noted: Noting, threads: int) -> float:
+    """Wall seconds of the kernel alone, with the grants and commands of a run."""
+    kernel = kernel_node.KernelNode(noted.config, RowFrames(list[bytes]().append))
+    kernel.simulation._side_by_side = SideBySide(threads)
     began = time.perf_counter()
-    played(islands, stages, start=False)
+    played_again(noted, kernel)
     return time.perf_counter() - began
 
 
@@ -92,6 +91,7 @@ def least(made: Made) -> tuple[float, float]:
 
 def main() -> None:
     options(__doc__ or "")
+    gc.set_threshold(50_000)  # as in the command itself
     cranes = two_cranes(end=5.0 if SHORT else 45.0)
     cases: list[tuple[str, Made, Made]] = [
         ("lift and an idle crane", scene_run(cranes, True), scene_run(cranes, False)),
@@ -102,9 +102,10 @@ def main() -> None:
         (s, n), (peer_s, peer_n) = least(ours), least(peer)
         for what, unit, value, other in (("work", "operations", n, peer_n), ("time", "s", s, peer_s)):
             row(f"{name}, apart: {what}", value, unit, "in one piece", other, at_most=1.0)
-    in_threads(1)  # compiles
-    two, one = (min(found) for found in zip(*((in_threads(2), in_threads(1)) for _ in range(RUNS)), strict=True))
-    row(f"{MANY} lifts on one processor beside two", one / two, "x", at_least=1.7)
+    yard = noted_in(parse(text(MANY)))
+    two, one = (min(x) for x in zip(*((in_threads(yard, 2), in_threads(yard, 1)) for _ in range(RUNS)), strict=True))
+    row(f"a yard of {MANY} lifts on two processors, kernel alone", two, "s", "on one", one)
+    row(f"a yard of {MANY} lifts on one processor beside two", one / two, "x", at_least=1.7)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
     python tests/full/ladder.py [--json] [--short] [--lifts 400] [--seed 1] [--minutes 60] [--into FILE.jsonl]
 
 Asked are rope and sling tensions, swing, positions and stage ends; a lift counts as kept if the errors of all its
-figures are within the accuracy.  True is the finest level, ropes of eight lumps, in steps of 1e-6 or a tenth of those
+figures are within the accuracy.  True is the finest level, ropes of sixteen lumps, in steps of 1e-6 or a tenth of those
 of the answer.  Beside a share stands the lower bound of its confidence interval of 95 %, one-sided (Clopper and Pearson
 1934).  Every second lift is by goliaths (tests/nodes/fidelity/lifts_of_kinds.py), the others by other cranes and
 rigging (lifts_of_the_world.py).

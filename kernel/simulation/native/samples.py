@@ -8,8 +8,9 @@ The module also reads signals from a sample row, for listening models, by IEEE a
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import TypeAlias
+from functools import cached_property
+from typing import TypeAlias, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from heavylift.kernel.algebra.arrays import times
@@ -70,9 +71,22 @@ class RawRows:
 
 Where: TypeAlias = Callable[[RawRows], np.ndarray] | list[int]  # what computes columns, or their places in a raw row
 Topic = tuple[str, Sequence[str], str, Where]  # topic, names, unit, where its columns are read
+T = TypeVar("T")
 
 
-@lru_cache(maxsize=256)
+def _kept(make: Callable[[Program], T]) -> Callable[[Program], T]:
+    """Keep what a function returns for a program as long as the program is used; variants of a scene are many."""
+    known: WeakKeyDictionary[Program, T] = WeakKeyDictionary()
+
+    def found(p: Program) -> T:
+        if p not in known:
+            known[p] = make(p)
+        return known[p]
+
+    return found
+
+
+@_kept
 def _topics(p: Program) -> list[Topic]:
     """Return all channels of a scene that have columns, in order."""
     s, loops = p.system, [f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"]
@@ -167,7 +181,7 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     return out
 
 
-@lru_cache(maxsize=256)
+@_kept
 def _columns(p: Program) -> tuple[np.ndarray, list[tuple[slice, Where]]]:
     """Return the place in a raw row of each published column, and what computes those that are no part of it."""
     places, computed = list[int](), list[tuple[slice, Where]]()

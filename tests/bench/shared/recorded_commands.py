@@ -48,17 +48,30 @@ class Clock:
         return result
 
 
-def kernel_alone(scene, *overrides):
-    """What the kernel was reported; its tensions; attempted steps; and CPU seconds by what they were spent on."""
-    began = time.process_time()
+def noted_in(scene):
+    """What the kernel of a loaded scene is reported in a run."""
     original, room.KernelNode = room.KernelNode, Noting
     try:
         with tempfile.TemporaryDirectory() as folder:
-            runner.run(load(scene, overrides), Path(folder) / "run.mcap", in_process=True)
+            runner.run(scene, Path(folder) / "run.mcap", in_process=True)
     finally:
         room.KernelNode = original
+    return Noting.newest
+
+
+def played_again(noted, kernel):
+    """Let a new kernel hear what another was reported."""
+    kernel.start()
+    for step in noted.history:
+        kernel.advance(*step)
+    kernel.finish(noted.end)
+
+
+def kernel_alone(scene, *overrides):
+    """What the kernel was reported; its tensions; attempted steps; and CPU seconds by what they were spent on."""
+    began = time.process_time()
+    noted = noted_in(load(scene, overrides))
     whole = time.process_time() - began
-    noted = Noting.newest
 
     began = time.thread_time()
     tensions = Tensions()
@@ -67,10 +80,7 @@ def kernel_alone(scene, *overrides):
     simulation = kernel.simulation
     native, samples = Clock(simulation.native, "call"), Clock(kernel, "_flush")
     began = time.thread_time()
-    kernel.start()
-    for step in noted.history:
-        kernel.advance(*step)
-    kernel.finish(noted.end)
+    played_again(noted, kernel)
     alone = time.thread_time() - began
     spent = {
         "start": start,

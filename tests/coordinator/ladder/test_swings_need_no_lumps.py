@@ -18,13 +18,14 @@ from lifts_of_kinds import lift_of_kinds
 SLEWING = {"crawler-250", "jib-60", "pedestal-400", "rough-terrain-59"}  # their hook ropes go on to drums
 SWUNG = [88_012, 88_018, 99_012, 99_014]  # random lifts by goliaths that swing since their trolleys have moved
 NEAR = 3e-3  # of swings: modes of girders and waves in ropes; without the product of speeds 7e-3 to 17e-3
+LUMPS = 2  # index of ropes of eight lumps
 STEPS = 4  # candidate of a level: radau5 at 1e-5
 
 
 def apart(plan: Plan) -> dict[str, float]:
     """Relative differences of swings and positions between ropes with their mass at the ends and of eight lumps."""
     ladder, measuring = Ladder(plan), Measuring(("swing", "position"))
-    coarse, fine = (ladder.candidates(level)[STEPS] for level in (ladder.plausible[0], ladder.full[-1]))
+    coarse, fine = (ladder.candidates(level)[STEPS] for level in (ladder.plausible[0], ladder.whole[LUMPS]))
     assert (coarse.plan.fidelity.rope_mass, fine.plan.fidelity.lumps) == ("lumped", 8)
     return measuring.apart(coarse, fine)
 

@@ -12,7 +12,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "nodes/fidelity"))
 
-from heavylift.coordinator.ladder import Ladder, Measuring, ModelLevel, at_level, choose, largest
+from heavylift.coordinator.ladder import CLOSE, Ladder, Measuring, ModelLevel, at_level, choose, largest
 from heavylift.coordinator.record import play
 from heavylift.nodes.plan import MEANT, Answer, Fidelity, Question
 from heavylift.nodes.scene import load, parse
@@ -26,6 +26,7 @@ UNDAMPED = 10_018  # short moves by ropes and slings without damping
 LEAD = 20_025  # by a crane most of whose rope does not hang
 FORKS = 20_063  # slings go slack and taut again, which loose steps damp
 DROPS = 9_120_039  # waves of slack ropes decide when a stage ends, which all levels damp in loose steps
+LANDS = 94_000_192  # waves of slack ropes decide when the next stage begins
 ALMOST = 9_120_168  # a swing is hardly large enough for its period to count, and at some levels too small
 TRUE = 1e-7  # tolerance of the reference
 LONGEST = 1e-7  # [rad] of hours of swings, by the longest steps of explicit methods, whatever the tolerance
@@ -62,13 +63,26 @@ def test_results_of_random_lifts_are_within_the_requested_accuracy_of_a_referenc
 
 @pytest.mark.large
 @pytest.mark.parametrize("accuracy", [0.3, 0.1, 0.03])
-@pytest.mark.parametrize(("draw", "seed"), [(lift_of_the_world, FORKS), (lift_of_the_world, DROPS)])
+@pytest.mark.parametrize(
+    ("draw", "seed"), [(lift_of_the_world, FORKS), (lift_of_the_world, DROPS), (lift_of_kinds, LANDS)]
+)
 def test_results_that_agree_at_loose_tolerances_are_not_accepted_when_slings_go_slack(
     draw: Draw, seed: int, accuracy: float
 ) -> None:
     answer, error = answered(draw, seed, accuracy)
     assert error <= max(accuracy, *answer.errors.values())
     assert bool(answer.notes) == (max(answer.errors.values()) > accuracy)
+
+
+@pytest.mark.large
+@pytest.mark.parametrize(("draw", "seed"), [(lift_of_the_world, DROPS), (lift_of_kinds, LANDS)])
+def test_levels_with_waves_in_ropes_are_run_with_close_tolerances_when_ropes_go_slack(draw: Draw, seed: int) -> None:
+    plan = parse(draw(seed).text, passing=True, followed=False).plan
+    ladder, measuring = Ladder(plan), Measuring(MEANT)
+    answer = choose(ladder, Question(MEANT, 0.1), measuring)
+    assert answer.tolerance <= CLOSE or not ladder.waves(answer.fidelity)
+    loose = [level for level, _, tolerance, _ in measuring.spent if tolerance > CLOSE and ladder.waves(level)]
+    assert len(loose) == len({*loose}), "one run of a level shows that ropes go slack"
 
 
 def test_a_swing_with_an_amplitude_that_counts_at_some_levels_only_leaves_no_period_uncompared() -> None:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run, scene
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.models import NodeModel
-from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import load
 
 
