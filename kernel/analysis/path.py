@@ -251,6 +251,7 @@ class EquilibriumPath:
             if found is None:
                 failed, kind = {*failed, kind}, BADLY[kind]
                 continue
+            failed.clear()  # in a smaller bracket, each guess may succeed
             G = self._near.guards(found)
             if ((G < 0.0) & (G0 >= 0.0)).any():
                 t1, q1, G1 = t, found, G
