@@ -1,7 +1,7 @@
 """Processes beside the one that chooses a model level: they compile the code for a level, or run a candidate.
 
-LLVM compiles in one thread of a process at a time; a process of its own leaves its code in the cache. A run beside
-gives the figures of one in this process, which repeats a run that has failed there.
+LLVM compiles in one thread of a process at a time; a process of its own leaves its code in the cache. A run in
+another process gives the same figures as one here. If it fails there, it is repeated here, which reports its error.
 """
 
 import base64
@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 import msgspec
 from heavylift.coordinator.record.in_memory import Played, play
-from heavylift.kernel.cache import unsafe_cache
+from heavylift.kernel.cache import cache_bound, unsafe_cache
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import Asked, Fidelity
 from heavylift.nodes.plan.plan import Plan, decode, encode, functions
@@ -56,20 +56,20 @@ class Beside:
 
     def __init__(self, start: Callable[[str, str], Wait] | None = None) -> None:
         self._start = start
-        self._compiling: dict[Fidelity, Wait] = {}
+        self._compiling: dict[tuple[Fidelity, str], Wait] = {}  # by model level and method
         self._running: dict[bytes, Wait] = {}  # by plan
 
     def compile(self, plan: Plan) -> None:
         """Begin to compile the code for the model level of a plan."""
-        if self._start and plan.fidelity not in self._compiling and _possible(plan):
-            self._compiling[plan.fidelity] = self._start(__name__, _text((encode(plan), None)))
+        if self._start and (plan.fidelity, plan.method) not in self._compiling and _possible(plan):
+            self._compiling[plan.fidelity, plan.method] = self._start(__name__, _text((encode(plan), None)))
 
     def compiled(self, plan: Plan) -> None:
         """Wait for the code for the model level of a plan if it is being compiled."""
-        self._compiling.get(plan.fidelity, str)()
+        self._compiling.get((plan.fidelity, plan.method), str)()
 
     def run(self, plan: Plan, ask: Sequence[Asked]) -> bool:
-        """Begin to run a plan as soon as its code is compiled; return whether the run goes on."""
+        """Begin to run a plan as soon as its code is compiled; return whether it runs there."""
         key = encode(plan) if self._start else b""
         if self._start and key not in self._running and _possible(plan):
             self.compiled(plan)
@@ -82,20 +82,19 @@ class Beside:
             return None
         with suppress(ValueError, IndexError, msgspec.MsgspecError):
             last = self._running.pop(encode(plan), str)().splitlines()[-1]
-            spent, slack, samples, found, values = msgspec.convert(_data(last), _Sent)
-            # reading errors of limits are seldom asked of a witness: the run is repeated for them
-            limits = lambda only: values if only or not plan.limits else judged(play(plan).judge)  # noqa: E731
-            return Seen(spent, slack, samples, found, limits)
+            spent, slack, samples, found, limits, values = msgspec.convert(_data(last), _Sent)
+            return Seen(spent, slack, samples, found, lambda only: values if only else limits)
         return None
 
 
 ALONE = Beside()
-_Sent = tuple[Spent, frozenset[str], int, list[AskedFigure], list[AskedFigure]]
+_Figures: TypeAlias = list[AskedFigure]
+_Sent = tuple[Spent, frozenset[str], int, _Figures, _Figures, _Figures]
 
 
 def _possible(plan: Plan) -> bool:
     """Return whether another process can do it: the scene brings no code, and machine code is kept in the cache."""
-    return not functions(plan) and not unsafe_cache()
+    return not functions(plan) and not unsafe_cache() and cache_bound() > 0
 
 
 def main(arguments: list[str]) -> None:
@@ -110,7 +109,7 @@ def main(arguments: list[str]) -> None:
             Session(decode(data), lambda config: KernelNode(config, RowSink()))
         else:
             seen = Seen.of(play(decode(data)), ask)
-            sys.stdout.write(_text((*seen[:-1], seen.limits(True))))
+            sys.stdout.write(_text((*seen[:-1], seen.limits(False), seen.limits(True))))
 
 
 def _text(value: object) -> str:

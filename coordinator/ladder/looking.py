@@ -92,7 +92,7 @@ def with_level(look: Look, ladder: Ladder, measuring: Measuring) -> Look:
 
 
 def foresee(ladder: Ladder, candidate: ModelLevel, measuring: Measuring, slack: bool) -> bool:
-    """Begin the run of the first witness of a candidate in a process beside; return whether it goes on there."""
+    """Begin the run of the first witness of a candidate in a process beside; return whether it runs there."""
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
     return bool(levels) and measuring.begin(_beside(own, slack).on(levels[0]))
 

@@ -53,7 +53,7 @@ class Measuring:
             self._beside.compile(candidate.plan)
 
     def begin(self, candidate: ModelLevel) -> bool:
-        """Begin a later run beside, unless wall time is limited; return whether it goes on there."""
+        """Begin a later run beside, unless wall time is limited; return whether it runs there."""
         known = candidate.key in {**self._read, **self._failed} or self._limit() < inf
         return not known and self._beside.run(self._dense(candidate), self.ask)
 

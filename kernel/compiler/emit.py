@@ -174,7 +174,7 @@ class Library:
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
-        self._calls: dict[tuple[str, int], Callable[..., None]] = {}
+        self._calls: dict[tuple[str, int, bool], Callable[..., None]] = {}
 
     def _compile(self, ir: str, opt: int) -> bytes:
         module = llvm.parse_assembly(ir)
@@ -216,10 +216,10 @@ class Library:
         """
         for b in blocks:
             assert b.dtype == _FLOAT, f"{name}: block of {b.dtype}"
-        call = self._calls.get((name, len(blocks)))
+        call = self._calls.get((name, len(blocks), unlocked))
         if call is None:
             prototype = ctypes.CFUNCTYPE if unlocked else ctypes.PYFUNCTYPE
             call = prototype(None, *[ctypes.c_void_p] * len(blocks))(self.address(name))
-            self._calls[name, len(blocks)] = call
+            self._calls[name, len(blocks), unlocked] = call
         # from_buffer refuses what is not contiguous
         return partial(call, *[ctypes.addressof(_ANY.from_buffer(b)) for b in blocks])  # type: ignore[arg-type]

@@ -156,11 +156,12 @@ class Island(Simulation):
         if not self.passed(t_ns):
             return self.shown(t_ns)
         ahead = mark(self)
-        back(self, next(m for at, m in reversed(self.marks) if at <= t_ns or m is self.marks[0][1]))
-        self.run(t_ns)
-        row = self.shown(t_ns)
-        back(self, ahead)
-        return row
+        try:
+            back(self, next(m for at, m in reversed(self.marks) if at <= t_ns or m is self.marks[0][1]))
+            self.run(t_ns)
+            return self.shown(t_ns)
+        finally:
+            back(self, ahead)
 
     @property
     def resting(self) -> np.ndarray | None:

@@ -46,8 +46,8 @@ class SideBySide:
     def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None], work: float = inf) -> None:
         """Run all tasks in parallel; raise the first failed task's exception.
 
-        The calling thread calls `pause` at short intervals until all tasks have ended. `work`: of all tasks, as
-        `worth`."""
+        The calling thread calls `pause` at short intervals until all tasks have ended. `work`: expected of
+        all tasks together, in the unit of `worth`."""
         threads = min(self._threads, len(tasks)) if work >= self._worth else 1
         if threads < 2:
             for task in tasks:

@@ -1,6 +1,6 @@
 """Models of a plan that a plan of equal structure takes over: ports and couplings stay, numbers of mechanics change.
 
-Machines are alike if a number is zero in both or in neither, and if all else is equal that their actors were made from.
+Two machines are alike if each number is zero in both or in neither, and if all else that actors are made from is equal.
 """
 
 from collections.abc import Mapping

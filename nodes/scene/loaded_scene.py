@@ -54,7 +54,7 @@ class SceneFacts(msgspec.Struct, frozen=True):
 
 
 planned: ContextVar[Callable[["LoadedScene"], None]] = ContextVar("planned", default=lambda scene: None)
-"""Called with a new scene as soon as it has a plan, which what follows from its equilibrium path may still change."""
+"""Called with a new scene as soon as it has a plan; steps that need the equilibrium path may still change it."""
 
 
 @dataclass(frozen=True)

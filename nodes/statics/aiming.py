@@ -126,7 +126,10 @@ def _before(built: plan.Plan, number: int) -> tuple[StaticState | None, str]:
 
     r = StaticRun(msgspec.structs.replace(at_rest(built), actions=built.actions[:number], end=None))
     r.walk()
-    return (None, r.why) if r.why else (r.states[-1], "")
+    if r.why:
+        return None, r.why
+    r.models.give_back()
+    return r.states[-1], ""
 
 
 def _place(built: plan.Plan, move: Move, state: StaticState) -> float | None:

@@ -43,7 +43,7 @@ class Models(Coupled):
 
     @classmethod
     def of(cls, plan: Plan) -> "Models":
-        """Return models of a plan: spare ones that fit it, or new ones; threads take spare ones once."""
+        """Return models of a plan: spare ones that fit it, or new ones; no two threads get the same spare models."""
         for _ in range(len(_SPARE)):
             with suppress(IndexError):
                 models = _SPARE.pop(0)

@@ -56,7 +56,7 @@ def first_rest(built: plan.Plan) -> StaticState:
 
     run = StaticRun(at_rest(built))
     found = run.rest()
-    run.give_back()
+    run.models.give_back()
     return found
 
 
@@ -69,7 +69,7 @@ def _walked(whole: plan.Plan) -> Followed:
     notes = tuple((note.t_ns * 1e-9, note.sentence) for note in r.path.notes)
     since = None if unstable is None else unstable * 1e-9
     if not r.why:
-        r.give_back()
+        r.models.give_back()
     return Followed(tuple(r.states), tuple(r.acted), notes, r.why, since, r.cut, tuple(r.tripped))
 
 

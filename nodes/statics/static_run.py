@@ -100,10 +100,6 @@ class StaticRun:
             waits = self.models.commander.waiting_for()
             self.cut, self.why = (waits, "") if self.ended else ("", waits)
 
-    def give_back(self) -> None:
-        """Leave the models to the next static run of a plan of equal structure; this run must not use them again."""
-        self.models.give_back()
-
     # ---- models and path ----------------------------------------------------------------------------------
 
     def _tight(self) -> list[Switched]:

@@ -3,10 +3,11 @@
 import gc
 import weakref
 
+from heavylift.kernel.model.program import MOST
 from heavylift.kernel.simulation.native import channels, published
 from small_scenes import hung, started
 
-KEPT = 16 + 1  # the last programs, and that whose machine code others share
+KEPT = MOST + 1  # the last programs, and that whose machine code others share
 
 
 def test_programs_of_simulations_whose_samples_were_read_do_not_stay():

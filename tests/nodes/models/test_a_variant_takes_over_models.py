@@ -29,7 +29,7 @@ def drawn(name: str, draw: random.Random) -> list[str]:
 def walked(given: plan.Plan) -> list[object]:
     run = StaticRun(given)
     run.walk()
-    run.give_back()
+    run.models.give_back()
     return [run.states, run.acted, run.why, run.cut]
 
 
