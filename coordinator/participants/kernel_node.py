@@ -193,8 +193,9 @@ class KernelNode:
             at = max(end.t - 1, present)  # a step that ends with the run may be history
             self.simulation.interrupt(at, self._pause)
             self.simulation.settle()
-            last = rows[-1][1] if rows else self.simulation.shown(at)  # islands that stood there are on record already
-            rows[:] = [*(row for row in rows[:-1] if row[0] < end.t), (end.t - 1, last)]
+            # islands that stood there are on record already, or the row waits for the sample at the same time
+            last = rows.pop()[1] if rows and rows[-1][0] >= at else self.simulation.shown(at)
+            rows[:] = [*(row for row in rows if row[0] < end.t), (end.t - 1, last)]
         self._flush(1)
         return ""
 

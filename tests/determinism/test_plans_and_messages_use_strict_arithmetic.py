@@ -40,6 +40,7 @@ ELEMENTS = {
     "cross",
     "diag",
     "pad",
+    "bincount",  # adds in the order of its arguments
     "cumsum",
     "split",
     "linspace",

@@ -111,7 +111,7 @@ def test_an_interrupted_run_with_user_models_is_resumed(tmp_path: Path, truth: d
     subprocess.run([sys.executable, "-c", KILLED, tmp_path / "damper.mcap"], check=False)
     part = tmp_path / "damper.mcap.part"
     begun = Beginning.of(part)
-    assert begun.events[-1].t > 4 * 10**9
+    assert begun.events[-1].t > 3 * 10**9, "what waits for islands that run ahead is lost"
     assert resume(part, begun, in_process=True).digest == truth["50 ms"]
 
 
