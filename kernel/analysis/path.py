@@ -247,7 +247,12 @@ class EquilibriumPath:
             self._lead(t)
             found = self._near.corrected(self._near.place(q0 + (t - t0) * slope))
             if found is None and kind in failed:
-                break
+                if width <= SHORTEST_NS:
+                    break
+                # from the last equilibrium before the event, shorter steps find the way
+                self._dt = max(SHORTEST_NS, width // 2)
+                self._near.renew(q0)
+                return t0, q0
             if found is None:
                 failed, kind = {*failed, kind}, BADLY[kind]
                 continue
